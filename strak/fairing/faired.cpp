@@ -1,0 +1,17 @@
+#include "strak/fairing/faired.h"
+
+namespace strak {
+
+const char* stopReasonName(StopReason reason) {
+  switch (reason) {
+    case StopReason::gap: return "gap";
+    case StopReason::gain: return "gain";
+    case StopReason::steps: return "steps";
+    case StopReason::cancelled: return "cancelled";
+    case StopReason::precision: return "precision";
+    case StopReason::nothingFree: return "nothing-free";
+  }
+  return "unknown";
+}
+
+}  // namespace strak

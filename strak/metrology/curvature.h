@@ -1,0 +1,35 @@
+#pragma once
+//
+// Curvature of surfaces and curves at a point, independent of the parametrization.
+
+#include <Eigen/Core>
+
+#include "strak/spline/spline.h"
+
+namespace strak {
+
+// Curvature of a surface in space. Signs follow the unit normal X_u x X_v / |X_u x X_v|.
+struct SurfaceCurvature {
+  Eigen::Vector3d point, normal;
+  double gaussian = 0;               // k1 k2
+  double mean = 0;                   // (k1 + k2) / 2
+  double principal[2] = {0, 0};      // k1 >= k2
+  Eigen::Vector3d direction[2];      // unit principal directions; any orthonormal pair at umbilics
+  bool regular = true;               // false where X_u x X_v vanishes: then all curvatures are zero and say nothing
+};
+
+// From the derivatives X, X_u, X_v, X_uu, X_uv, X_vv (rows of `d`, 3 columns, as strak::derivatives gives).
+SurfaceCurvature surfaceCurvature(const Eigen::Ref<const Net>& d);
+SurfaceCurvature surfaceCurvature(const Surface& surface, double u, double v);
+
+// Normal curvature in the tangent direction a X_u + b X_v.
+double normalCurvature(const Surface& surface, double u, double v, double a, double b);
+
+// Curvature of a curve (2D: signed, 3D: >= 0) and, in 3D, its torsion.
+struct CurveCurvature {
+  double curvature = 0, torsion = 0;
+  bool regular = true;
+};
+CurveCurvature curveCurvature(const Curve& curve, double u);
+
+}  // namespace strak
