@@ -4,36 +4,6 @@
 
 namespace strak {
 
-BandMatrix BandMatrix::transposed() const {
-  BandMatrix result(size, bandwidth);
-  for (Index i = 0; i < size; ++i) {
-    for (Index j = std::max<Index>(0, i - bandwidth); j <= std::min(size - 1, i + bandwidth); ++j) {
-      result.at(j, i) = (*this)(i, j);
-    }
-  }
-  return result;
-}
-
-BandMatrix BandMatrix::block(Index first, Index count) const {
-  BandMatrix result(count, bandwidth);
-  for (Index i = 0; i < count; ++i) {
-    for (Index j = std::max<Index>(0, i - bandwidth); j <= std::min(count - 1, i + bandwidth); ++j) {
-      result.at(i, j) = (*this)(first + i, first + j);
-    }
-  }
-  return result;
-}
-
-Eigen::MatrixXd BandMatrix::dense() const {
-  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(size, size);
-  for (Index i = 0; i < size; ++i) {
-    for (Index j = std::max<Index>(0, i - bandwidth); j <= std::min(size - 1, i + bandwidth); ++j) {
-      result(i, j) = (*this)(i, j);
-    }
-  }
-  return result;
-}
-
 BandMatrix gramMatrix(const KnotVector& knots, int a, int b) {
   const int p = knots.degree();
   BandMatrix gram(knots.size(), p);
