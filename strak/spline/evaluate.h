@@ -5,8 +5,8 @@
 // Derivatives up to total order 3 are written in graded order, u first:
 //   curve X, X', X'', X''';  surface X, X_u, X_v, X_uu, X_uv, X_vv, X_uuu, X_uuv, X_uvv, X_vvv;
 //   volume X, X_u, X_v, X_w, X_uu, X_uv, X_uw, X_vv, X_vw, X_ww, ... (lexicographic with u before v before w).
-// Parameters outside the domain continue the first or last polynomial piece. Rational splines give the point of space and
-// its derivatives (quotient rule). On an inner knot the piece to the right is taken.
+// Parameters outside the domain continue the first or last polynomial piece. Rational splines give the point of space
+// and its derivatives (quotient rule). On an inner knot the piece to the right is taken.
 
 #include "strak/spline/spline.h"
 
@@ -29,8 +29,8 @@ template <int D>
 Net derivatives(const Spline<D>& spline, const std::array<double, D>& u, int order);
 
 // The same at many parameters (a row of `parameters` each, D columns). Row r of the result holds the derivatives at
-// parameter r one after another: derivativeCount * pointDimension numbers. Multi-threaded; the result does not depend on
-// the number of threads.
+// parameter r one after another: derivativeCount * pointDimension numbers. Multi-threaded; the result does not depend
+// on the number of threads.
 template <int D>
 Net derivativesAt(const Spline<D>& spline, const Eigen::Ref<const Net>& parameters, int order);
 

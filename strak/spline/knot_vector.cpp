@@ -18,25 +18,28 @@ KnotVector::KnotVector(int degree, std::vector<double> knots, const char* name)
   }
   const auto count = static_cast<Index>(knots_.size());
   if (count < 2 * (Index{degree} + 1)) {
-    throw InvalidInput(fmt::format("direction {} has {} knots but degree {} needs at least {}: add knots or lower the degree",
-                                   name, count, degree, 2 * (Index{degree} + 1)));
+    throw InvalidInput(
+        fmt::format("direction {} has {} knots but degree {} needs at least {}: add knots or lower the degree", name,
+                    count, degree, 2 * (Index{degree} + 1)));
   }
   for (Index i = 0; i < count; ++i) {
     if (!std::isfinite((*this)[i])) {
       throw InvalidInput(fmt::format("knot {} of direction {} is not a finite number: correct it", i, name));
     }
     if (i > 0 && (*this)[i] < (*this)[i - 1]) {
-      throw InvalidInput(fmt::format("knot {} of direction {} is smaller than knot {} ({} < {}): sort the knots", i, name,
-                                     i - 1, (*this)[i], (*this)[i - 1]));
+      throw InvalidInput(fmt::format("knot {} of direction {} is smaller than knot {} ({} < {}): sort the knots", i,
+                                     name, i - 1, (*this)[i], (*this)[i - 1]));
     }
     if (i > degree && (*this)[i] == (*this)[i - degree - 1]) {
-      throw InvalidInput(fmt::format("knot {} of direction {} stands there more than {} times, the degree plus one: "
-                                     "remove the surplus",
-                                     (*this)[i], name, degree + 1));
+      throw InvalidInput(
+          fmt::format("knot {} of direction {} stands there more than {} times, the degree plus one: "
+                      "remove the surplus",
+                      (*this)[i], name, degree + 1));
     }
   }
   if (!(from() < to())) {
-    throw InvalidInput(fmt::format("the domain of direction {} is empty (from {} to {}): spread the knots", name, from(), to()));
+    throw InvalidInput(
+        fmt::format("the domain of direction {} is empty (from {} to {}): spread the knots", name, from(), to()));
   }
 }
 
@@ -102,13 +105,12 @@ std::vector<double> KnotVector::greville() const {
   return result;
 }
 
-bool KnotVector::isClamped() const {
-  return multiplicity(from()) == degree_ + 1 && multiplicity(to()) == degree_ + 1;
-}
+bool KnotVector::isClamped() const { return multiplicity(from()) == degree_ + 1 && multiplicity(to()) == degree_ + 1; }
 
 KnotVector KnotVector::rescaled(double newFrom, double newTo) const {
   if (!(newFrom < newTo) || !std::isfinite(newFrom) || !std::isfinite(newTo)) {
-    throw InvalidInput(fmt::format("cannot map knots to the domain [{}, {}]: the first bound must be smaller", newFrom, newTo));
+    throw InvalidInput(
+        fmt::format("cannot map knots to the domain [{}, {}]: the first bound must be smaller", newFrom, newTo));
   }
   KnotVector result = *this;
   const double factor = (newTo - newFrom) / length();

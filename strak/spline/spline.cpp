@@ -14,8 +14,8 @@ Spline<D>::Spline(std::array<KnotVector, D> knots, Net net, bool rational)
   Index expected = 1;
   for (const auto& direction : knots_) expected *= direction.size();
   if (net_.rows() != expected) {
-    throw InvalidInput(fmt::format("the control net has {} points but the knots need {}: give one point a basis function",
-                                   net_.rows(), expected));
+    throw InvalidInput(fmt::format(
+        "the control net has {} points but the knots need {}: give one point a basis function", net_.rows(), expected));
   }
   if (pointDimension() < 1) throw InvalidInput("the control points have no coordinates: give at least one column");
   for (Index r = 0; r < net_.rows(); ++r) {
@@ -23,8 +23,8 @@ Spline<D>::Spline(std::array<KnotVector, D> knots, Net net, bool rational)
       throw InvalidInput(fmt::format("control point {} is not finite: correct its coordinates", r));
     }
     if (rational_ && !(net_(r, net_.cols() - 1) > 0)) {
-      throw InvalidInput(fmt::format("the weight of control point {} is {}: weights must be positive", r,
-                                     net_(r, net_.cols() - 1)));
+      throw InvalidInput(
+          fmt::format("the weight of control point {} is {}: weights must be positive", r, net_(r, net_.cols() - 1)));
     }
   }
 }

@@ -13,8 +13,8 @@ namespace strak {
 using Net = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Point = Eigen::RowVectorXd;
 
-// X(u) = sum over (i, j, k) of N_i(u) N_j(v) N_k(w) d_ijk. A rational spline keeps homogeneous points: its last column is
-// the weight w > 0 and the others are w times the point.
+// X(u) = sum over (i, j, k) of N_i(u) N_j(v) N_k(w) d_ijk. A rational spline keeps homogeneous points: its last column
+// is the weight w > 0 and the others are w times the point.
 template <int D>
 class Spline {
   static_assert(D >= 1 && D <= 3);
