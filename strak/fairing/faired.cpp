@@ -9,6 +9,7 @@ const char* stopReasonName(StopReason reason) {
     case StopReason::steps: return "steps";
     case StopReason::cancelled: return "cancelled";
     case StopReason::precision: return "precision";
+    case StopReason::stalled: return "stalled";
     case StopReason::nothingFree: return "nothing-free";
   }
   return "unknown";
