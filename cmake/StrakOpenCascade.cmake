@@ -9,6 +9,7 @@ file(GLOB cadSources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/strak/exchange/*_oc
 if(cadSources)
   add_library(strak_cad STATIC ${cadSources})
   target_include_directories(strak_cad SYSTEM PRIVATE ${OpenCASCADE_INCLUDE_DIR})
+  target_compile_definitions(strak_cad PUBLIC STRAK_HAS_CAD)
   target_link_libraries(strak_cad PRIVATE $<BUILD_INTERFACE:strak_flags>)
   target_link_libraries(strak_cad PUBLIC strak_exchange strak_metrology
     PRIVATE TKXDESTEP TKXDEIGES TKSTEP TKIGES TKXSBase TKXCAF TKLCAF TKCAF TKCDF TKShHealing TKTopAlgo TKMesh TKBO TKPrim TKGeomAlgo TKGeomBase TKBRep TKG3d TKG2d TKMath TKernel)

@@ -1,11 +1,11 @@
 #pragma once
 //
 // What must be settled before a spline is made fair: which control points are held so that borders, trimming curves,
-// creases, seams and poles stay exactly where they are, and where knots are inserted first (exactly) so that some points
-// are free at all. In real files nine faces out of ten have no free point until then.
+// creases, seams and poles stay exactly where they are, and where knots are inserted first (exactly) so that some
+// points are free at all. In real files nine faces out of ten have no free point until then.
 //
-// Source: document 000 (Hadenfeld), section 5 for the strips; the rest is local support: a point of the surface depends on
-// the (p + 1)(q + 1) control points of its span only.
+// Source: document 000 (Hadenfeld), section 5 for the strips; the rest is local support: a point of the surface depends
+// on the (p + 1)(q + 1) control points of its span only.
 
 #include <array>
 #include <string>
@@ -34,8 +34,8 @@ struct FairingPlanOptions {
 
 template <int D>
 struct FairingPlan {
-  Spline<D> spline;                // the input, perhaps with more knots: the same shape to rounding
-  HeldPoints held;                 // one entry a row of spline.net()
+  Spline<D> spline;  // the input, perhaps with more knots: the same shape to rounding
+  HeldPoints held;   // one entry a row of spline.net()
   Index freePoints = 0;
   Index knotsInserted = 0;         // over all directions
   std::vector<std::string> notes;  // sentences for the report
@@ -47,22 +47,24 @@ using PlanOptions = FairingPlanOptions<2>;
 
 // The border of a face in the parameter plane of its surface, as strak::Object has it.
 struct FaceBorder {
-  // Every edge of the face as a dense polyline, those along the sides of the domain included; empty for a whole surface.
+  // Every edge of the face as a dense polyline, those along the sides of the domain included; empty for a whole
+  // surface.
   std::vector<std::vector<Eigen::Vector2d>> trims;
   // Sides (u low, u high, v low, v high) that are wholly edges of the face: strips suffice there.
   std::array<bool, 4> naturalSide{true, true, true, true};
 };
 
-// Plans the fairing of a whole curve, surface or volume. Held are: strips at the sides; as many rows on each side of every
-// crease, an inner knot whose multiplicity exceeds degree - energyOrder + 1, across which the energy sees nothing; the
-// rows at a seam (first row = last row in space) and at a pole (a row shrunk to one point).
-// Throws InvalidInput for negative rows or orders. Cost O(points of the refined net).
+// Plans the fairing of a whole curve, surface or volume. Held are: strips at the sides; as many rows on each side of
+// every crease, an inner knot whose multiplicity exceeds degree - energyOrder + 1, across which the energy sees
+// nothing; the rows at a seam (first row = last row in space) and at a pole (a row shrunk to one point). Throws
+// InvalidInput for negative rows or orders. Cost O(points of the refined net).
 template <int D>
 FairingPlan<D> planFairing(const Spline<D>& spline, const FairingPlanOptions<D>& options = {});
 
-// The same for a face. Held are in addition all control points with influence on a cell of the knot grid that is touched
-// by a trimming curve off the natural sides (the curve's image and all derivatives there stay to the bit), and those
-// without influence on the visible part. Where the cells are too coarse for that all spans are halved, repeatedly.
+// The same for a face. Held are in addition all control points with influence on a cell of the knot grid that is
+// touched by a trimming curve off the natural sides (the curve's image and all derivatives there stay to the bit), and
+// those without influence on the visible part. Where the cells are too coarse for that all spans are halved,
+// repeatedly.
 FacePlan planFace(const Surface& surface, const FaceBorder& border, const PlanOptions& options = {});
 
 }  // namespace strak
