@@ -11,16 +11,23 @@ namespace strak {
 // Curvature of a surface in space. Signs follow the unit normal X_u x X_v / |X_u x X_v|.
 struct SurfaceCurvature {
   Eigen::Vector3d point, normal;
-  double gaussian = 0;               // k1 k2
-  double mean = 0;                   // (k1 + k2) / 2
-  double principal[2] = {0, 0};      // k1 >= k2
-  Eigen::Vector3d direction[2];      // unit principal directions; any orthonormal pair at umbilics
-  bool regular = true;               // false where X_u x X_v vanishes: then all curvatures are zero and say nothing
+  double gaussian = 0;           // k1 k2
+  double mean = 0;               // (k1 + k2) / 2
+  double principal[2] = {0, 0};  // k1 >= k2
+  Eigen::Vector3d direction[2];  // unit principal directions; any orthonormal pair at umbilics
+  bool regular = true;           // false where X_u x X_v vanishes: then all curvatures are zero and say nothing
 };
 
-// From the derivatives X, X_u, X_v, X_uu, X_uv, X_vv (rows of `d`, 3 columns, as strak::derivatives gives).
+// From the derivatives X, X_u, X_v, X_uu, X_uv, X_vv (rows of `d`, 3 columns, as strak::derivatives gives). Throws
+// InvalidInput if there are fewer rows or another number of columns.
 SurfaceCurvature surfaceCurvature(const Eigen::Ref<const Net>& d);
 SurfaceCurvature surfaceCurvature(const Surface& surface, double u, double v);
+
+// The covariant derivative C of the second fundamental form in the frame of the principal directions, from all
+// derivatives up to third order (10 rows): (C_111, C_112, C_122, C_222). C is symmetric (Codazzi), C_111 = dk1/de1,
+// C_222 = dk2/de2 and |C|^2 = C_111^2 + 3 C_112^2 + 3 C_122^2 + C_222^2. Zero where the surface is not regular. C_ijk =
+// X_ijk.n - h_k^l X_ij.X_l - Gamma^l_ki h_lj - Gamma^l_kj h_il.
+Eigen::Vector4d curvatureDerivative(const Eigen::Ref<const Net>& d);
 
 // Normal curvature in the tangent direction a X_u + b X_v.
 double normalCurvature(const Surface& surface, double u, double v, double a, double b);

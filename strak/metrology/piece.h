@@ -37,10 +37,11 @@ class SurfacePiece {
  private:
   static std::size_t index(int direction) { return static_cast<std::size_t>(direction); }
   const KnotVector& knots(int direction) const { return surface_->knots(direction); }
-  void combine(const double* basisU, const double* basisV, int order, SurfaceJet& jet) const;
+  void evaluate(const double* us, Index countU, const double* vs, Index countV, int order, SurfaceJet* jets) const;
 
   const Surface* surface_;
   std::array<Index, 2> spans_;
+  Eigen::Vector3d origin_;
   Eigen::Matrix<double, 4, Eigen::Dynamic> points_;  // homogeneous, v fastest; the weight is 1 on polynomial pieces
 };
 
@@ -57,6 +58,7 @@ class CurvePiece {
  private:
   const Curve* curve_;
   Index span_;
+  Eigen::Vector3d origin_;
   Eigen::Matrix<double, 4, Eigen::Dynamic> points_;
 };
 

@@ -1,0 +1,150 @@
+#include "strak/metrology/curvature.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "strak/base/error.h"
+#include "strak/metrology/piece.h"
+#include "strak/spline/evaluate.h"
+
+namespace strak {
+
+namespace {
+
+// Below these the tangents carry no direction, only rounding: relative length of one to the other, sine of their angle.
+constexpr double kLeastTangentRatio = 1e-14;
+constexpr double kLeastSine = 1e-12;
+
+void checkRows(const Eigen::Ref<const Net>& d, Index rows) {
+  if (d.rows() < rows || d.cols() != 3) {
+    throw InvalidInput("curvature needs derivatives of a surface in space: give a row a derivative and three columns");
+  }
+}
+
+// The first and second fundamental forms, and an orthonormal tangent frame e_a = sum_i frame(a, i) X_i.
+struct LocalGeometry {
+  Eigen::Vector3d tangents[2];
+  Eigen::Vector3d second[3];  // X_uu, X_uv, X_vv
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  Eigen::Matrix2d frame = Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d h = Eigen::Matrix2d::Zero();  // h(i, j) = X_ij . n
+  bool regular = false;
+};
+
+LocalGeometry localGeometry(const Eigen::Ref<const Net>& d) {
+  LocalGeometry g;
+  for (int i = 0; i < 2; ++i) g.tangents[i] = d.row(1 + i).transpose();
+  for (int i = 0; i < 3; ++i) g.second[i] = d.row(3 + i).transpose();
+  const Eigen::Vector3d cross = g.tangents[0].cross(g.tangents[1]);
+  const double u = g.tangents[0].norm(), v = g.tangents[1].norm(), area = cross.norm();
+  g.regular = area > kLeastSine * u * v && std::min(u, v) > kLeastTangentRatio * std::max(u, v) && std::isfinite(area);
+  if (!g.regular) return g;
+  g.normal = cross / area;
+  g.frame << 1 / u, 0, -g.tangents[0].dot(g.tangents[1]) / (u * area), u / area;
+  g.h << g.second[0].dot(g.normal), g.second[1].dot(g.normal), g.second[1].dot(g.normal), g.second[2].dot(g.normal);
+  return g;
+}
+
+// The principal curvatures k1 >= k2, and the principal directions as rows of coefficients of X_u and X_v.
+struct Principal {
+  double k[2];
+  Eigen::Matrix2d frame;
+};
+
+Principal principalFrame(const LocalGeometry& g) {
+  const Eigen::Matrix2d s = g.frame * g.h * g.frame.transpose();
+  const double mean = (s(0, 0) + s(1, 1)) / 2, difference = (s(0, 0) - s(1, 1)) / 2;
+  const double radius = std::hypot(difference, s(0, 1));
+  const double angle = radius > 0 ? std::atan2(s(0, 1), difference) / 2 : 0;
+  Eigen::Matrix2d rotation;
+  rotation << std::cos(angle), std::sin(angle), -std::sin(angle), std::cos(angle);
+  return {{mean + radius, mean - radius}, rotation * g.frame};
+}
+
+}  // namespace
+
+SurfaceCurvature surfaceCurvature(const Eigen::Ref<const Net>& d) {
+  checkRows(d, 6);
+  SurfaceCurvature result;
+  result.point = d.row(0).transpose();
+  const LocalGeometry g = localGeometry(d);
+  result.regular = g.regular;
+  result.normal = g.normal;
+  result.direction[0].setZero();
+  result.direction[1].setZero();
+  if (!g.regular) return result;
+  const Principal principal = principalFrame(g);
+  for (int a = 0; a < 2; ++a) {
+    result.principal[a] = principal.k[a];
+    result.direction[a] = principal.frame(a, 0) * g.tangents[0] + principal.frame(a, 1) * g.tangents[1];
+  }
+  result.gaussian = principal.k[0] * principal.k[1];
+  result.mean = (principal.k[0] + principal.k[1]) / 2;
+  return result;
+}
+
+SurfaceCurvature surfaceCurvature(const Surface& surface, double u, double v) {
+  return surfaceCurvature(derivatives<2>(surface, {u, v}, 2));
+}
+
+Eigen::Vector4d curvatureDerivative(const Eigen::Ref<const Net>& d) {
+  checkRows(d, 10);
+  const LocalGeometry g = localGeometry(d);
+  if (!g.regular) return Eigen::Vector4d::Zero();
+  const Principal principal = principalFrame(g);
+
+  const Eigen::Matrix2d inverse = principal.frame.transpose() * principal.frame;  // of the metric: sum of e_a e_a
+  // first(i + j, l) = X_ij . X_l, christoffel(i + j, l) = Gamma^l_ij; X_ij depends on i + j only.
+  Eigen::Matrix<double, 3, 2> first;
+  for (int s = 0; s < 3; ++s) {
+    for (int l = 0; l < 2; ++l) first(s, l) = g.second[s].dot(g.tangents[l]);
+  }
+  const Eigen::Matrix<double, 3, 2> christoffel = first * inverse;
+  const Eigen::Matrix2d shape = g.h * inverse;  // h_k^l
+
+  // C_ijk with s = i + j + k: the symmetric choice i <= j <= k.
+  Eigen::Vector4d c;
+  for (int s = 0; s < 4; ++s) {
+    const int i = s > 2 ? 1 : 0, j = s > 1 ? 1 : 0, k = s > 0 ? 1 : 0;
+    c[s] = d.row(6 + s).dot(g.normal.transpose()) - shape.row(k).dot(first.row(i + j)) -
+           christoffel.row(k + i).dot(g.h.col(j).transpose()) - christoffel.row(k + j).dot(g.h.col(i).transpose());
+  }
+  // C(x, y, z) of three tangent vectors given by their coefficients.
+  const auto apply = [&](const auto& x, const auto& y, const auto& z) {
+    double sum = 0;
+    for (int i = 0; i < 2; ++i) {
+      for (int j = 0; j < 2; ++j) {
+        for (int k = 0; k < 2; ++k) sum += c[i + j + k] * x[i] * y[j] * z[k];
+      }
+    }
+    return sum;
+  };
+  const auto e1 = principal.frame.row(0), e2 = principal.frame.row(1);
+  return {apply(e1, e1, e1), apply(e1, e1, e2), apply(e1, e2, e2), apply(e2, e2, e2)};
+}
+
+double normalCurvature(const Surface& surface, double u, double v, double a, double b) {
+  const LocalGeometry g = localGeometry(derivatives<2>(surface, {u, v}, 2));
+  const double length = (a * g.tangents[0] + b * g.tangents[1]).squaredNorm();
+  if (!g.regular || !(length > 0)) return 0;
+  return (a * a * g.h(0, 0) + 2 * a * b * g.h(0, 1) + b * b * g.h(1, 1)) / length;
+}
+
+CurveCurvature curveCurvature(const Curve& curve, double u) {
+  CurveJet jet;
+  CurvePiece(curve, curve.knots(0).findSpan(u)).at(u, 3, jet);
+  CurveCurvature result;
+  const double speed = jet[1].norm();
+  result.regular = speed > 0 && std::isfinite(speed);
+  if (!result.regular) return result;
+  const Eigen::Vector3d binormal = jet[1].cross(jet[2]);
+  result.curvature = binormal.norm() / (speed * speed * speed);
+  if (curve.pointDimension() == 2) {
+    result.curvature = std::copysign(result.curvature, binormal[2]);
+  } else if (binormal.squaredNorm() > 0) {
+    result.torsion = binormal.dot(jet[3]) / binormal.squaredNorm();
+  }
+  return result;
+}
+
+}  // namespace strak
