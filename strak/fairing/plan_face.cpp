@@ -1,0 +1,486 @@
+#include "strak/fairing/plan_face.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <tuple>
+
+#include "strak/base/error.h"
+#include "strak/spline/knot_insertion.h"
+
+namespace strak {
+namespace {
+
+constexpr double kSamePoint = 1e-9;     // of the size of the net: points closer than this are one
+constexpr double kOnSide = 1e-5;        // of the domain: a trimming curve this near a natural side runs along it
+constexpr Index kAlwaysAllowed = 4096;  // points that a refined net may have whatever its growth
+constexpr Index kPoleRows = 3;          // rows that keep tangent plane and curvature at a pole
+
+// Borders of one direction: how many rows are held at its two ends and at its creases.
+struct Borders {
+  Index low = 0, high = 0, crease = 0;
+};
+
+// Rows first..last (inclusive, perhaps empty) that are held together.
+struct Range {
+  Index first, last;
+};
+
+// The held ranges of one direction, from the low end over the creases to the high end.
+std::vector<Range> heldRanges(const KnotVector& knots, const Borders& borders, int energyOrder) {
+  const Index p = knots.degree();
+  const Index n = knots.size();
+  // At an end with fewer than p knots p - m + 1 rows take part in the position there instead of one.
+  const Index low = p - std::min<Index>(p, knots.multiplicity(knots.from()));
+  const Index high = p - std::min<Index>(p, knots.multiplicity(knots.to()));
+  const Index lowRows = borders.low > 0 ? borders.low + low : 0;
+  const Index highRows = borders.high > 0 ? borders.high + high : 0;
+  std::vector<Range> ranges{{0, std::min(lowRows, n) - 1}};
+  for (const auto& knot : knots.innerKnots()) {
+    if (knot.multiplicity <= p - energyOrder + 1) continue;
+    // Rows s - p .. s - m take part in the position at the knot; each further row outwards adds a derivative. With
+    // m = p + 1 the two sides are apart and have a row each.
+    const Index s = knots.findSpan(knot.value);
+    const Index near = s - p;
+    const Index far = s - knot.multiplicity;
+    ranges.push_back({std::max<Index>(0, std::min(near, far) - borders.crease + 1),
+                      std::min(n - 1, std::max(near, far) + borders.crease - 1)});
+  }
+  ranges.push_back({std::max<Index>(0, n - highRows), n - 1});
+  return ranges;
+}
+
+std::vector<std::uint8_t> heldRows(const KnotVector& knots, const std::vector<Range>& ranges) {
+  std::vector<std::uint8_t> held(static_cast<std::size_t>(knots.size()), 0);
+  for (const Range& range : ranges) {
+    for (Index i = range.first; i <= range.last; ++i) held[static_cast<std::size_t>(i)] = 1;
+  }
+  return held;
+}
+
+Index countFree(const std::vector<std::uint8_t>& held) { return std::count(held.begin(), held.end(), 0); }
+
+std::vector<double> breakpoints(const KnotVector& knots) {
+  std::vector<double> values{knots.from()};
+  for (const auto& knot : knots.innerKnots()) values.push_back(knot.value);
+  values.push_back(knots.to());
+  return values;
+}
+
+// Halves the longest stretch of `points` `count` times and returns the new values.
+std::vector<double> halveLongest(std::vector<double> points, Index count) {
+  std::vector<double> added;
+  for (; count > 0; --count) {
+    std::size_t longest = 0;
+    for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+      // Lengths equal to rounding count as equal, so that the first of them is taken on every scale of the knots.
+      if (points[i + 1] - points[i] > (1 + 1e-9) * (points[longest + 1] - points[longest])) longest = i;
+    }
+    const double middle = std::midpoint(points[longest], points[longest + 1]);
+    if (!(points[longest] < middle && middle < points[longest + 1])) break;  // no number lies between
+    points.insert(points.begin() + static_cast<std::ptrdiff_t>(longest) + 1, middle);
+    added.push_back(middle);
+  }
+  return added;
+}
+
+// The knots to insert so that every stretch between borders has a free row and the direction has minFree of them.
+std::vector<double> knotsForRoom(const KnotVector& knots, const Borders& borders, int energyOrder, Index minFree) {
+  const std::vector<Range> ranges = heldRanges(knots, borders, energyOrder);
+  const std::vector<double> points = breakpoints(knots);
+  std::vector<double> ends{knots.from()};
+  for (const auto& knot : knots.innerKnots()) {
+    if (knot.multiplicity > knots.degree() - energyOrder + 1) ends.push_back(knot.value);
+  }
+  ends.push_back(knots.to());
+
+  std::vector<double> added;
+  Index free = 0;
+  for (std::size_t k = 0; k + 1 < ranges.size(); ++k) {
+    const Index room = ranges[k + 1].first - ranges[k].last - 1;
+    const auto from = std::find(points.begin(), points.end(), ends[k]);
+    const auto to = std::find(points.begin(), points.end(), ends[k + 1]);
+    const std::vector<double> here = halveLongest(std::vector<double>(from, to + 1), 1 - std::min<Index>(room, 1));
+    added.insert(added.end(), here.begin(), here.end());
+    free += std::max<Index>(room, 1);
+  }
+  std::vector<double> all = points;
+  all.insert(all.end(), added.begin(), added.end());
+  std::sort(all.begin(), all.end());
+  const std::vector<double> more = halveLongest(std::move(all), std::max<Index>(0, minFree - free));
+  added.insert(added.end(), more.begin(), more.end());
+  return added;
+}
+
+// The middles of the spans between parameters `from` and `to`.
+std::vector<double> midSpans(const KnotVector& knots, double from, double to) {
+  std::vector<double> middles;
+  for (Index s : knots.spans()) {
+    if (knots[s + 1] <= from || knots[s] >= to) continue;
+    const double middle = std::midpoint(knots[s], knots[s + 1]);
+    if (knots[s] < middle && middle < knots[s + 1]) middles.push_back(middle);
+  }
+  return middles;
+}
+
+// The rows of the net with index i in direction k.
+template <int D>
+Net slice(const Spline<D>& spline, int k, Index i) {
+  Index inner = 1;
+  for (int l = k + 1; l < D; ++l) inner *= spline.size(l);
+  const Index outer = spline.net().rows() / inner / spline.size(k);
+  Net rows(outer * inner, spline.net().cols());
+  for (Index o = 0; o < outer; ++o) {
+    rows.middleRows(o * inner, inner) = spline.net().middleRows((o * spline.size(k) + i) * inner, inner);
+  }
+  return rows;
+}
+
+template <int D>
+bool isClosed(const Spline<D>& spline, int k, double size) {
+  const KnotVector& knots = spline.knots(k);
+  const Index n = knots.size();
+  const Index overlap = knots.isClamped() ? 1 : knots.degree();
+  if (n < 2 * overlap) return false;
+  for (Index i = 0; i < overlap; ++i) {
+    const Net apart = slice(spline, k, i) - slice(spline, k, n - overlap + i);
+    if (apart.cwiseAbs().maxCoeff() > kSamePoint * size) return false;
+  }
+  return true;
+}
+
+template <int D>
+bool isPole(const Spline<D>& spline, int k, Index i, double size) {
+  const Net rows = slice(spline, k, i);
+  return rows.rows() > 1 && (rows.rowwise() - rows.row(0)).cwiseAbs().maxCoeff() <= kSamePoint * size;
+}
+
+// "rows", "rows and columns" ... of a net in words: 12 x 9.
+template <int D>
+std::string sizeText(const Spline<D>& spline) {
+  std::string text = fmt::format("{}", spline.size(0));
+  for (int k = 1; k < D; ++k) text += fmt::format(" x {}", spline.size(k));
+  return text;
+}
+
+// The borders of every direction; tells about creases, seams and poles.
+template <int D>
+std::array<Borders, D> findBorders(const Spline<D>& spline, const FairingPlanOptions<D>& options,
+                                   const std::array<bool, 2 * D>& natural, double size,
+                                   std::vector<std::string>& notes) {
+  std::array<Borders, D> borders;
+  for (int k = 0; k < D; ++k) {
+    const auto at = static_cast<std::size_t>(2 * k);
+    const Index wished = std::max<Index>(1, std::max(options.rows[at], options.rows[at + 1]));
+    Borders& b = borders[static_cast<std::size_t>(k)];
+    b.low = natural[at] ? options.rows[at] : 0;
+    b.high = natural[at + 1] ? options.rows[at + 1] : 0;
+    b.crease = wished;
+    const char* name = directionName(k);
+
+    Index creases = 0;
+    for (const auto& knot : spline.knots(k).innerKnots()) {
+      if (knot.multiplicity > spline.degree(k) - options.energyOrder + 1) ++creases;
+    }
+    if (creases > 0) {
+      notes.push_back(fmt::format(
+          "{} inner knot line{} of direction {} with too high a multiplicity for the energy {} kept "
+          "as a crease: {} row{} on each side are held.",
+          creases, creases == 1 ? "" : "s", name, creases == 1 ? "is" : "are", wished, wished == 1 ? "" : "s"));
+    }
+    if (natural[at] && natural[at + 1] && isClosed(spline, k, size)) {
+      b.low = b.high = wished;
+      notes.push_back(fmt::format("Closed in direction {}: {} row{} on each side of the seam are held.", name, wished,
+                                  wished == 1 ? "" : "s"));
+    }
+    if (D == 1) continue;
+    for (std::size_t side : {at, at + 1}) {
+      if (!isPole(spline, k, side == at ? 0 : spline.size(k) - 1, size)) continue;
+      Index& rows = side == at ? b.low : b.high;
+      rows = std::max(rows, kPoleRows);
+      notes.push_back(fmt::format("The {} side of direction {} is shrunk to one point: {} rows there are held.",
+                                  side == at ? "low" : "high", name, rows));
+    }
+  }
+  return borders;
+}
+
+// The least and the largest coordinate k of a border.
+std::pair<double, double> extent(const FaceBorder& border, int k) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const auto& line : border.trims) {
+    for (const auto& point : line) {
+      low = std::min(low, point[k]);
+      high = std::max(high, point[k]);
+    }
+  }
+  return {low, high};
+}
+
+// A border polyline runs along a natural side: strips take care of it.
+bool alongNaturalSide(const std::vector<Eigen::Vector2d>& line, const Surface& surface, const FaceBorder& border) {
+  for (int k = 0; k < 2; ++k) {
+    const KnotVector& knots = surface.knots(k);
+    for (int end = 0; end < 2; ++end) {
+      if (!border.naturalSide[static_cast<std::size_t>(2 * k + end)]) continue;
+      const double side = end == 0 ? knots.from() : knots.to();
+      if (std::all_of(line.begin(), line.end(), [&](const Eigen::Vector2d& point) {
+            return std::abs(point[k] - side) <= kOnSide * knots.length();
+          })) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+// One entry a cell of the knot grid, v fastest.
+struct Cells {
+  std::vector<Index> uSpans, vSpans;
+  std::vector<std::uint8_t> touched, visible;
+};
+
+// First and last span that the closed interval [low, high] meets (empty: first > last). Spans by their breakpoints.
+Range spansMet(const std::vector<double>& points, double low, double high) {
+  const auto spans = static_cast<Index>(points.size()) - 1;
+  if (high < points.front() || low > points.back()) return {0, -1};
+  const Index first = std::lower_bound(points.begin(), points.end(), low) - points.begin() - 1;
+  const Index last = std::upper_bound(points.begin(), points.end(), high) - points.begin() - 1;
+  return {std::clamp<Index>(first, 0, spans - 1), std::clamp<Index>(last, 0, spans - 1)};
+}
+
+Cells classify(const Surface& surface, const FaceBorder& border) {
+  Cells cells{surface.knots(0).spans(), surface.knots(1).spans(), {}, {}};
+  const std::vector<double> u = breakpoints(surface.knots(0));
+  const std::vector<double> v = breakpoints(surface.knots(1));
+  const std::size_t columns = cells.vSpans.size();
+  cells.touched.assign(cells.uSpans.size() * columns, 0);
+  cells.visible.assign(cells.uSpans.size() * columns, 0);
+  const Eigen::Vector2d slack(1e-9 * surface.knots(0).length(), 1e-9 * surface.knots(1).length());
+
+  std::vector<std::vector<double>> crossings(columns);  // of the border with the middle line of each column of cells
+  for (const auto& line : border.trims) {
+    const bool natural = alongNaturalSide(line, surface, border);
+    for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+      const Eigen::Vector2d& a = line[i];
+      const Eigen::Vector2d& b = line[i + 1];
+      for (std::size_t t = 0; t < columns; ++t) {
+        const double middle = std::midpoint(v[t], v[t + 1]);
+        if ((a.y() <= middle) != (b.y() <= middle)) {
+          crossings[t].push_back(a.x() + (middle - a.y()) / (b.y() - a.y()) * (b.x() - a.x()));
+        }
+      }
+      if (natural) continue;
+      // Between two samples the curve leaves its chord by about an eighth of the second difference; take half of it.
+      Eigen::Vector2d margin = slack;
+      if (i > 0) margin += 0.5 * (line[i - 1] - 2 * a + b).cwiseAbs();
+      if (i + 2 < line.size()) margin += 0.5 * (a - 2 * b + line[i + 2]).cwiseAbs();
+      const Eigen::Vector2d low = a.cwiseMin(b) - margin;
+      const Eigen::Vector2d high = a.cwiseMax(b) + margin;
+      const Range s = spansMet(u, low.x(), high.x());
+      const Range t = spansMet(v, low.y(), high.y());
+      for (Index row = s.first; row <= s.last; ++row) {
+        for (Index column = t.first; column <= t.last; ++column) {
+          cells.touched[static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column)] = 1;
+        }
+      }
+    }
+  }
+  for (std::size_t t = 0; t < columns; ++t) {
+    std::sort(crossings[t].begin(), crossings[t].end());
+    for (std::size_t s = 0; s < cells.uSpans.size(); ++s) {
+      const double middle = std::midpoint(u[s], u[s + 1]);
+      const auto before = std::lower_bound(crossings[t].begin(), crossings[t].end(), middle) - crossings[t].begin();
+      cells.visible[s * columns + t] = before % 2 == 1;
+    }
+  }
+  return cells;
+}
+
+// Points with influence on a touched cell, and points without influence on the visible part.
+HeldPoints holdTrimmed(const Surface& surface, const FaceBorder& border) {
+  if (border.trims.empty()) return {};
+  const Cells cells = classify(surface, border);
+  const auto points = static_cast<std::size_t>(surface.net().rows());
+  HeldPoints touched(points, 0), seen(points, 0);
+  for (std::size_t s = 0; s < cells.uSpans.size(); ++s) {
+    for (std::size_t t = 0; t < cells.vSpans.size(); ++t) {
+      const std::size_t cell = s * cells.vSpans.size() + t;
+      if (!cells.touched[cell] && !cells.visible[cell]) continue;
+      for (Index i = cells.uSpans[s] - surface.degree(0); i <= cells.uSpans[s]; ++i) {
+        for (Index j = cells.vSpans[t] - surface.degree(1); j <= cells.vSpans[t]; ++j) {
+          (cells.touched[cell] ? touched : seen)[static_cast<std::size_t>(surface.row({i, j}))] = 1;
+        }
+      }
+    }
+  }
+  for (std::size_t r = 0; r < points; ++r) touched[r] = touched[r] || !seen[r];
+  return touched;
+}
+
+template <int D>
+HeldPoints holdBorders(const Spline<D>& spline, const std::array<Borders, D>& borders, int energyOrder) {
+  HeldPoints held(static_cast<std::size_t>(spline.net().rows()), 0);
+  std::array<std::vector<std::uint8_t>, D> rows;
+  for (int k = 0; k < D; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    rows[at] = heldRows(spline.knots(k), heldRanges(spline.knots(k), borders[at], energyOrder));
+  }
+  for (std::size_t r = 0; r < held.size(); ++r) {
+    auto rest = static_cast<Index>(r);
+    for (int k = D - 1; k >= 0; --k) {
+      if (rows[static_cast<std::size_t>(k)][static_cast<std::size_t>(rest % spline.size(k))]) held[r] = 1;
+      rest /= spline.size(k);
+    }
+  }
+  return held;
+}
+
+// The fewest rows with a free point over all directions.
+template <int D>
+Index freeRows(const Spline<D>& spline, const HeldPoints& held) {
+  std::array<std::vector<std::uint8_t>, D> none;
+  for (int k = 0; k < D; ++k) none[static_cast<std::size_t>(k)].assign(static_cast<std::size_t>(spline.size(k)), 1);
+  for (std::size_t r = 0; r < held.size(); ++r) {
+    if (held[r]) continue;
+    auto rest = static_cast<Index>(r);
+    for (int k = D - 1; k >= 0; --k) {
+      none[static_cast<std::size_t>(k)][static_cast<std::size_t>(rest % spline.size(k))] = 0;
+      rest /= spline.size(k);
+    }
+  }
+  Index fewest = countFree(none[0]);
+  for (const auto& rows : none) fewest = std::min(fewest, countFree(rows));
+  return fewest;
+}
+
+// Whether a net may grow to the given number of points.
+template <int D>
+bool mayGrow(const Spline<D>& original, const FairingPlanOptions<D>& options, double points) {
+  return points <=
+         std::max(options.maxGrowth * static_cast<double>(original.net().rows()), static_cast<double>(kAlwaysAllowed));
+}
+
+// The spline with more knots in each direction, if the net may grow that far.
+template <int D>
+bool refineBy(Spline<D>& spline, const std::array<std::vector<double>, D>& added, const Spline<D>& original,
+              const FairingPlanOptions<D>& options) {
+  double points = 1;
+  for (int k = 0; k < D; ++k) {
+    points *= static_cast<double>(spline.size(k)) + static_cast<double>(added[static_cast<std::size_t>(k)].size());
+  }
+  if (!mayGrow(original, options, points)) return false;
+  for (int k = 0; k < D; ++k) {
+    const auto& knots = added[static_cast<std::size_t>(k)];
+    if (!knots.empty()) spline = insertKnots(spline, k, knots);
+  }
+  return true;
+}
+
+template <int D>
+FairingPlan<D> plan(const Spline<D>& spline, const FairingPlanOptions<D>& options, const FaceBorder* border) {
+  for (Index rows : options.rows) {
+    if (rows < 0) throw InvalidInput(fmt::format("cannot hold {} rows: give 0 or more", rows));
+  }
+  if (options.energyOrder < 0) throw InvalidInput("the order of an energy cannot be negative");
+
+  FairingPlan<D> plan{spline, HeldPoints(static_cast<std::size_t>(spline.net().rows()), 1), 0, 0, {}, ""};
+  if (spline.isRational()) {
+    plan.leftAlone = "it is rational";
+    return plan;
+  }
+  for (int k = 0; k < D; ++k) {
+    if (spline.degree(k) < options.energyOrder) {
+      plan.leftAlone =
+          fmt::format("its degree {} in direction {} is below the energy's order {}: raise the degree first",
+                      spline.degree(k), directionName(k), options.energyOrder);
+      return plan;
+    }
+  }
+  const double size = (spline.net().colwise().maxCoeff() - spline.net().colwise().minCoeff()).stableNorm();
+  if (size == 0) {
+    plan.leftAlone = "all its control points are one point";
+    return plan;
+  }
+
+  std::array<bool, 2 * D> natural;
+  natural.fill(true);
+  if constexpr (D == 2) {
+    if (border) natural = border->naturalSide;
+  }
+  const std::array<Borders, D> borders = findBorders(spline, options, natural, size, plan.notes);
+  const auto hold = [&](const Spline<D>& s) {
+    HeldPoints held = holdBorders<D>(s, borders, options.energyOrder);
+    if constexpr (D == 2) {
+      if (border) held = holdBoth(held, holdTrimmed(s, *border));
+    }
+    return held;
+  };
+
+  bool room = true;  // to grow
+  if (options.refine) {
+    std::array<std::vector<double>, D> added;
+    for (int k = 0; k < D; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      added[at] = knotsForRoom(spline.knots(k), borders[at], options.energyOrder, options.minFree);
+    }
+    room = refineBy<D>(plan.spline, added, spline, options);
+  }
+  plan.held = hold(plan.spline);
+  while (options.refine && room && freeRows(plan.spline, plan.held) < options.minFree) {
+    std::array<std::vector<double>, D> added;
+    for (int k = 0; k < D; ++k) {
+      const KnotVector& knots = plan.spline.knots(k);
+      double from = knots.from(), to = knots.to();
+      if (border && !border->trims.empty()) std::tie(from, to) = extent(*border, k);
+      added[static_cast<std::size_t>(k)] = midSpans(knots, from, to);
+    }
+    room = refineBy<D>(plan.spline, added, spline, options);
+    if (room) plan.held = hold(plan.spline);
+  }
+
+  plan.freePoints = countFree(plan.held);
+  for (int k = 0; k < D; ++k) plan.knotsInserted += plan.spline.size(k) - spline.size(k);
+  if (plan.knotsInserted > 0) {
+    plan.notes.push_back(fmt::format(
+        "{} knot{} inserted to make room: the net grew from {} to {} points, the shape is "
+        "the same.",
+        plan.knotsInserted, plan.knotsInserted == 1 ? " was" : "s were", sizeText(spline), sizeText(plan.spline)));
+  }
+  if (plan.freePoints == 0) {
+    plan.leftAlone = options.refine ? fmt::format(
+                                          "no control point is free and the net may not grow beyond {} times "
+                                          "its points: hold fewer rows",
+                                          options.maxGrowth)
+                                    : "no control point is free and no knots may be inserted: hold fewer rows";
+  } else if (!room) {
+    plan.notes.push_back(fmt::format("Only {} points are free: the net may not grow further.", plan.freePoints));
+  }
+  return plan;
+}
+
+}  // namespace
+
+template <int D>
+FairingPlan<D> planFairing(const Spline<D>& spline, const FairingPlanOptions<D>& options) {
+  return plan<D>(spline, options, nullptr);
+}
+
+FacePlan planFace(const Surface& surface, const FaceBorder& border, const PlanOptions& options) {
+  FacePlan result = plan<2>(surface, options, &border);
+  if (!border.trims.empty() && result.leftAlone.empty()) {
+    result.notes.push_back(
+        "Trimmed: every control point with influence on a trimming curve, or on the cut-away part "
+        "only, is held.");
+  }
+  return result;
+}
+
+template FairingPlan<1> planFairing(const Spline<1>&, const FairingPlanOptions<1>&);
+template FairingPlan<2> planFairing(const Spline<2>&, const FairingPlanOptions<2>&);
+template FairingPlan<3> planFairing(const Spline<3>&, const FairingPlanOptions<3>&);
+
+}  // namespace strak
