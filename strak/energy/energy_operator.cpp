@@ -6,25 +6,23 @@
 #include <map>
 
 #include "strak/base/error.h"
+#include "strak/solve/kronecker_operator.h"
 
 namespace strak {
 
 namespace {
 
-// y = (A along one direction) x, where the net is seen as outer x n x inner.
-Net alongDirection(const BandMatrix& matrix, const Net& x, Index outer, Index inner) {
-  const Index n = matrix.size;
-  Net y = Net::Zero(x.rows(), x.cols());
-  for (Index o = 0; o < outer; ++o) {
-    for (Index i = 0; i < n; ++i) {
-      auto target = y.middleRows((o * n + i) * inner, inner);
-      for (Index j = std::max<Index>(0, i - matrix.bandwidth); j <= std::min(n - 1, i + matrix.bandwidth); ++j) {
-        const double factor = matrix(i, j);
-        if (factor != 0) target += factor * x.middleRows((o * n + j) * inner, inner);
-      }
+template <int D>
+std::vector<KroneckerProduct> productsOf(const EnergyOperator<D>& op) {
+  std::vector<KroneckerProduct> products;
+  for (const auto& term : op.terms()) {
+    KroneckerProduct product{term.coefficient, {}};
+    for (int k = 0; k < D; ++k) {
+      product.factors.push_back(&op.factors(k)[static_cast<std::size_t>(term.factor[static_cast<std::size_t>(k)])]);
     }
+    products.push_back(std::move(product));
   }
-  return y;
+  return products;
 }
 
 }  // namespace
@@ -34,17 +32,22 @@ EnergyOperator<D>::EnergyOperator(const QuadraticEnergy<D>& energy, const std::a
   std::array<std::map<std::pair<int, int>, int>, D> known;
   const auto factorOf = [&](std::size_t k, int a, int b) {
     if (a < 0 || b < 0 || a > 3 || b > 3) {
-      throw InvalidInput(fmt::format("the energy '{}' asks for derivative {} in direction {}: orders 0 to 3 are possible",
-                                     energy.name, std::max(a, b), directionName(static_cast<int>(k))));
+      throw InvalidInput(
+          fmt::format("the energy '{}' asks for derivative {} in direction {}: orders 0 to 3 are possible", energy.name,
+                      std::max(a, b), directionName(static_cast<int>(k))));
     }
     const auto [place, isNew] = known[k].try_emplace({a, b}, static_cast<int>(factors_[k].size()));
-    if (isNew) factors_[k].push_back(gramMatrix(knots[k], a, b));
+    if (isNew) {
+      factors_[k].push_back(gramMatrix(knots[k], a, b));
+      orders_[k].emplace_back(a, b);
+    }
     return place->second;
   };
   const auto add = [&](double coefficient, const std::array<int, D>& a, const std::array<int, D>& b) {
     KroneckerTerm<D> term{coefficient, {}};
     for (std::size_t k = 0; k < D; ++k) term.factor[k] = factorOf(k, a[k], b[k]);
-    const auto same = std::find_if(terms_.begin(), terms_.end(), [&](const auto& t) { return t.factor == term.factor; });
+    const auto same =
+        std::find_if(terms_.begin(), terms_.end(), [&](const auto& t) { return t.factor == term.factor; });
     if (same != terms_.end()) {
       same->coefficient += coefficient;
     } else {
@@ -80,20 +83,19 @@ Net EnergyOperator<D>::product(const Eigen::Ref<const Net>& x) const {
   Index rows = 1;
   for (Index size : n) rows *= size;
   if (x.rows() != rows) {
-    throw InvalidInput(fmt::format("the net has {} points but the energy belongs to {}: use the same knots", x.rows(), rows));
+    throw InvalidInput(
+        fmt::format("the net has {} points but the energy belongs to {}: use the same knots", x.rows(), rows));
   }
+  const std::vector<Index> sizeList(n.begin(), n.end());
+  const std::vector<Index> first(D, 0);
+  int halo = 0;
+  for (const auto& factors : factors_) halo = std::max(halo, factors.front().bandwidth);
+  const BoxLayout layout(sizeList, first, sizeList, static_cast<int>(x.cols()), halo);
+  Field in(layout), out(layout);
+  packBox(layout, x, Eigen::RowVectorXd::Zero(x.cols()), in);
+  KroneckerOperator(layout, productsOf(*this)).apply(in, out);
   Net result = Net::Zero(x.rows(), x.cols());
-  for (const auto& term : terms_) {
-    Net y = x;
-    Index outer = 1;
-    Index inner = rows;
-    for (std::size_t k = 0; k < D; ++k) {
-      inner /= n[k];
-      y = alongDirection(factors_[k][static_cast<std::size_t>(term.factor[k])], y, outer, inner);
-      outer *= n[k];
-    }
-    result += term.coefficient * y;
-  }
+  addBox(layout, out, result);
   return result;
 }
 

@@ -8,6 +8,7 @@
 
 #include <Eigen/SparseCore>
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "strak/energy/gram.h"
@@ -30,6 +31,10 @@ class EnergyOperator {
 
   // The different 1D Gram matrices of direction k, and the sum of products that makes K (symmetric as a whole).
   const std::vector<BandMatrix>& factors(int direction) const { return factors_[static_cast<std::size_t>(direction)]; }
+  // Which derivatives they integrate: factors(k)[i] = integral N^(first) N^(second).
+  const std::vector<std::pair<int, int>>& factorOrders(int direction) const {
+    return orders_[static_cast<std::size_t>(direction)];
+  }
   const std::vector<KroneckerTerm<D>>& terms() const { return terms_; }
   typename Spline<D>::Sizes sizes() const;
 
@@ -54,6 +59,7 @@ class EnergyOperator {
 
  private:
   std::array<std::vector<BandMatrix>, D> factors_;
+  std::array<std::vector<std::pair<int, int>>, D> orders_;
   std::vector<KroneckerTerm<D>> terms_;
 };
 

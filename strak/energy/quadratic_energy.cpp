@@ -109,7 +109,8 @@ QuadraticEnergy<D> thirdDerivatives() {
 
 template <int D>
 QuadraticEnergy<D> q3() {
-  if (D == 1) throw InvalidInput("the energy 'q3' has mixed derivatives only and does not exist for curves: choose another");
+  if (D == 1)
+    throw InvalidInput("the energy 'q3' has mixed derivatives only and does not exist for curves: choose another");
   QuadraticEnergy<D> energy{"q3", {}};
   for (int k = 0; k < D; ++k) {
     for (int l = 0; l < D; ++l) {
@@ -140,8 +141,8 @@ QuadraticEnergy<D> energyNamed(std::string_view text) {
       name = part.substr(star + 1);
       const auto [stop, error] = std::from_chars(number.data(), number.data() + number.size(), factor);
       if (error != std::errc() || stop != number.data() + number.size() || !(factor > 0) || !std::isfinite(factor)) {
-        throw InvalidInput(fmt::format("'{}' in the energy '{}' is not a positive factor: write e.g. 0.01*third-derivatives",
-                                       number, text));
+        throw InvalidInput(fmt::format(
+            "'{}' in the energy '{}' is not a positive factor: write e.g. 0.01*third-derivatives", number, text));
       }
     }
     QuadraticEnergy<D> energy;

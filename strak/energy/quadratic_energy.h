@@ -48,13 +48,14 @@ QuadraticEnergy<D> laplacianGradient();
 template <int D>
 QuadraticEnergy<D> thirdDerivatives();
 
-// Q3 = X_uuv^2 + X_uvv^2 (all mixed third derivatives of the form kkl, k != l). Infinite-dimensional kernel: f(u) + g(v).
-// Exists for D >= 2 only; throws InvalidInput for curves.
+// Q3 = X_uuv^2 + X_uvv^2 (all mixed third derivatives of the form kkl, k != l). Infinite-dimensional kernel: f(u) +
+// g(v). Exists for D >= 2 only; throws InvalidInput for curves.
 template <int D>
 QuadraticEnergy<D> q3();
 
-// The energy of that name, or a mixture "thin-plate + 0.01 * third-derivatives". Names: thin-plate, laplacian, third-order,
-// laplacian-gradient, third-derivatives, q3. Throws InvalidInput with the list of names for an unknown one.
+// The energy of that name, or a mixture "thin-plate + 0.01 * third-derivatives". Names: thin-plate, laplacian,
+// third-order, laplacian-gradient, third-derivatives, q3. Throws InvalidInput with the list of names for an unknown
+// one.
 template <int D>
 QuadraticEnergy<D> energyNamed(std::string_view text);
 

@@ -23,12 +23,12 @@ struct OptimalFairingOptions {
   Progress progress;
 };
 
-// Fairs `input` with respect to `energy`. Any degree, knots, number of directions and dimension of the points; a rational
-// spline's homogeneous points are treated as plain points.
-// Cost without tolerance: some ten conjugate-gradient steps at any size; with tolerance: accelerated projected gradients,
-// some 10 n steps for an n x n net, O(N p) each. Memory O(N). One thread.
-// Throws InvalidInput if the tolerance or the gap is negative or NaN, or if there is no tolerance and the held points leave
-// a motion free that the energy does not see (the message says how many rows to hold).
+// Fairs `input` with respect to `energy`. Any degree, knots, number of directions and dimension of the points; a
+// rational spline's homogeneous points are treated as plain points. Cost without tolerance: some ten conjugate-gradient
+// steps at any size; with tolerance: accelerated projected gradients, some 10 n steps for an n x n net, O(N p) each.
+// Memory O(N). One thread. Throws InvalidInput if the tolerance or the gap is negative or NaN, or if there is no
+// tolerance and the held points leave a motion free that the energy does not see (the message says how many rows to
+// hold).
 template <int D>
 Faired<D> fairOptimally(const Spline<D>& input, const QuadraticEnergy<D>& energy,
                         const OptimalFairingOptions& options = {});

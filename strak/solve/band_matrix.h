@@ -6,8 +6,8 @@
 
 namespace strak {
 
-// A square matrix whose entries (i, j) vanish for |i - j| > bandwidth; row i is stored as its 2 bandwidth + 1 diagonals,
-// band(i, bandwidth + j - i) = entry (i, j); places outside the matrix hold zero.
+// A square matrix whose entries (i, j) vanish for |i - j| > bandwidth; row i is stored as its 2 bandwidth + 1
+// diagonals, band(i, bandwidth + j - i) = entry (i, j); places outside the matrix hold zero.
 struct BandMatrix {
   Eigen::Index size = 0;
   int bandwidth = 0;

@@ -11,9 +11,9 @@
 
 namespace strak {
 
-// How the points of a box are laid out: axes (planes, rows, columns), the directions sorted by size, the shortest along the
-// columns; missing directions have size 1. A row is the `components` coordinates of its points one after another, each
-// padded with zeros to `stride` numbers, so that banded products need no edge cases.
+// How the points of a box are laid out: axes (planes, rows, columns), the directions sorted by size, the shortest along
+// the columns; missing directions have size 1. A row is the `components` coordinates of its points one after another,
+// each padded with zeros to `stride` numbers, so that banded products need no edge cases.
 struct BoxLayout {
   // `first` and `count`: the box inside a net of `sizes` points (1 to 3 directions); `halo`: zeros needed between rows.
   BoxLayout(const std::vector<Eigen::Index>& sizes, const std::vector<Eigen::Index>& first,

@@ -24,6 +24,10 @@ namespace strak::kernels {
   void multiplyPointwise(double* y, const double* factors, std::ptrdiff_t n);                                          \
   /* y[j] -= factors[j] * x[j] */                                                                                      \
   void subtractProduct(double* y, const double* factors, const double* x, std::ptrdiff_t n);                           \
+  /* In place: the symmetric band matrix of every mode becomes L and 1 / D of its L D L^T. Entry (i, i - d) of mode j  \
+     stands at t[(i * (bandwidth + 1) + d) * modes + j]. Returns the least D_i / T_ii of the modes with used[j] > 0.   \
+   */                                                                                                                  \
+  double factorBands(std::ptrdiff_t size, int bandwidth, std::ptrdiff_t modes, const double* used, double* t);         \
   /* One step of accelerated projected gradients on a row of n points; see ball_minimizer.cpp. */                      \
   void projectedStep(int components, std::ptrdiff_t stride, std::ptrdiff_t n, const double* x, double* xOld,           \
                      const double* kx, const double* kxOld, const double* linear, const double* step, double momentum, \
@@ -40,5 +44,20 @@ namespace avx512 {
 STRAK_SOLVE_KERNELS
 }
 #endif
+
+// Those of the widest instruction set of this machine.
+struct Table {
+  decltype(&generic::bandTimesRow) bandTimesRow;
+  decltype(&generic::combineRows) combineRows;
+  decltype(&generic::multiply) multiply;
+  decltype(&generic::dot) dot;
+  decltype(&generic::addScaled) addScaled;
+  decltype(&generic::scaleAndAdd) scaleAndAdd;
+  decltype(&generic::multiplyPointwise) multiplyPointwise;
+  decltype(&generic::subtractProduct) subtractProduct;
+  decltype(&generic::factorBands) factorBands;
+  decltype(&generic::projectedStep) projectedStep;
+};
+const Table& chosen();
 
 }  // namespace strak::kernels

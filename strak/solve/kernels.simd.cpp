@@ -100,8 +100,8 @@ void combineRows(std::ptrdiff_t count, const double* factors, const double* cons
   for (; j < n; j += kLanes) combineBlock<1>(count, factors, rows, j, y);
 }
 
-void multiply(std::ptrdiff_t m, std::ptrdiff_t n, std::ptrdiff_t k, const double* a, std::ptrdiff_t lda, const double* b,
-              std::ptrdiff_t ldb, double* c, std::ptrdiff_t ldc) {
+void multiply(std::ptrdiff_t m, std::ptrdiff_t n, std::ptrdiff_t k, const double* a, std::ptrdiff_t lda,
+              const double* b, std::ptrdiff_t ldb, double* c, std::ptrdiff_t ldc) {
   // Strips of columns with stretches of k that stay in the first-level cache.
   constexpr int kUnroll = kLanes == 2 ? 2 : 4;
   constexpr std::ptrdiff_t kStretch = 128;
@@ -143,33 +143,67 @@ void subtractProduct(double* y, const double* factors, const double* x, std::ptr
   for (std::ptrdiff_t j = 0; j < n; j += kLanes) store(y + j, load(y + j) - load(factors + j) * load(x + j));
 }
 
+double factorBands(std::ptrdiff_t size, int bandwidth, std::ptrdiff_t modes, const double* used, double* t) {
+  const std::ptrdiff_t entry = modes;
+  const std::ptrdiff_t row = (bandwidth + 1) * entry;
+  Vec worst = broadcast(1);
+  for (std::ptrdiff_t j = 0; j < modes; j += kLanes) {
+    const Vec isUsed = load(used + j);
+    for (std::ptrdiff_t i = 0; i < size; ++i) {
+      double* ti = t + i * row + j;
+      const std::ptrdiff_t width = i < bandwidth ? i : bandwidth;
+      // First c = L D of this row, from the left; then L = c / D and the pivot.
+      for (std::ptrdiff_t d = width; d >= 1; --d) {
+        const double* other = ti - d * row;  // row i - d
+        Vec c = load(ti + d * entry);
+        for (std::ptrdiff_t e = width; e > d; --e) c -= load(ti + e * entry) * load(other + (e - d) * entry);
+        store(ti + d * entry, c);
+      }
+      const Vec before = load(ti);
+      Vec pivot = before;
+      for (std::ptrdiff_t d = width; d >= 1; --d) {
+        const Vec c = load(ti + d * entry);
+        const Vec l = c * load(ti - d * row);
+        pivot -= c * l;
+        store(ti + d * entry, l);
+      }
+      const Vec ratio = isUsed > 0 ? pivot / before : broadcast(1);
+      worst = ratio < worst ? ratio : worst;
+      store(ti, isUsed > 0 ? 1 / pivot : Vec{});
+    }
+  }
+  double least = worst[0];
+  for (int i = 1; i < kLanes; ++i) least = worst[i] < least ? worst[i] : least;
+  return least;
+}
+
 void projectedStep(int components, std::ptrdiff_t stride, std::ptrdiff_t n, const double* x, double* xOld,
                    const double* kx, const double* kxOld, const double* linear, const double* step, double momentum,
                    double radius, double* restart) {
-  constexpr int kMaxComponents = 16;
   const Vec beta = broadcast(momentum);
   const Vec delta = broadcast(radius);
   Vec restartSum = {};
   for (std::ptrdiff_t j = 0; j < n; j += kLanes) {
-    Vec next[kMaxComponents];
-    Vec norm = {};
     const Vec s = load(step + j);
+    const auto gradient = [&](std::ptrdiff_t at) {
+      return load(kx + at) + beta * (load(kx + at) - load(kxOld + at)) + load(linear + at);
+    };
+    Vec norm = {};
     for (int c = 0; c < components; ++c) {
       const std::ptrdiff_t at = c * stride + j;
-      const Vec y = load(x + at) + beta * (load(x + at) - load(xOld + at));
-      const Vec h = load(kx + at) + beta * (load(kx + at) - load(kxOld + at)) + load(linear + at);
-      next[c] = y - s * h;
-      norm += next[c] * next[c];
+      const Vec next = load(x + at) + beta * (load(x + at) - load(xOld + at)) - s * gradient(at);
+      norm += next * next;
+      store(xOld + at, next);
     }
     norm = squareRoot(norm);
     const Vec shrink = norm > delta ? delta / norm : broadcast(1);
     const Vec weight = s > 0 ? 1 / s : Vec{};
     for (int c = 0; c < components; ++c) {
       const std::ptrdiff_t at = c * stride + j;
-      const Vec now = load(x + at);
-      const Vec y = now + beta * (now - load(xOld + at));
-      const Vec z = next[c] * shrink;
-      restartSum += weight * (y - z) * (z - now);
+      const Vec next = load(xOld + at);
+      const Vec y = next + s * gradient(at);
+      const Vec z = next * shrink;
+      restartSum += weight * (y - z) * (z - load(x + at));
       store(xOld + at, z);
     }
   }
