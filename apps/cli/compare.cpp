@@ -1,0 +1,160 @@
+// strak compare: how far two files' splines are from each other.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "apps/cli/commands.h"
+#include "apps/cli/console.h"
+#include "apps/cli/json.h"
+#include "strak/exchange/model.h"
+#include "strak/metrology/deviation.h"
+#include "strak/metrology/hausdorff.h"
+
+namespace strak::cli {
+
+namespace {
+
+struct CompareArguments {
+  std::string first, second;
+  bool json = false;
+};
+
+// What is known about two objects; empty fields do not apply.
+struct Difference {
+  bool identical = false;                  // to the bit
+  std::optional<double> lower, certified;  // parameter by parameter
+  std::optional<double> hausdorff;         // sampled, whatever the parameters
+  std::optional<double> controlPoints;     // largest move of a control point
+  std::string note;
+};
+
+template <int D>
+bool sameDomain(const Spline<D>& a, const Spline<D>& b) {
+  for (int k = 0; k < D; ++k) {
+    const double small = 1e-12 * a.knots(k).length();
+    if (std::abs(a.knots(k).from() - b.knots(k).from()) > small ||
+        std::abs(a.knots(k).to() - b.knots(k).to()) > small) {
+      return false;
+    }
+  }
+  return true;
+}
+
+template <int D>
+Difference differenceOf(const Spline<D>& a, const Spline<D>& b) {
+  Difference difference;
+  difference.identical = a == b;
+  if (a.pointDimension() != b.pointDimension()) {
+    difference.note = fmt::format("points of {} and {} coordinates", a.pointDimension(), b.pointDimension());
+    return difference;
+  }
+  if (a.sizes() == b.sizes() && a.isRational() == b.isRational()) {
+    difference.controlPoints = (a.euclideanNet() - b.euclideanNet()).rowwise().norm().maxCoeff();
+  }
+  if (sameDomain(a, b)) {
+    const auto deviation = certifyDeviation(a, b);
+    difference.lower = deviation.lower;
+    difference.certified = deviation.upper;
+  } else {
+    difference.note = "different domains";
+    difference.hausdorff = hausdorffDistance(a, b).distance;
+  }
+  return difference;
+}
+
+Difference differenceOf(const Object& a, const Object& b) {
+  Difference difference;
+  if (!a.spline && !b.spline) {
+    difference.note = a.kind == b.kind ? "no splines: not compared" : "different kinds: " + a.kind + " and " + b.kind;
+    return difference;
+  }
+  if (!a.spline || !b.spline || a.spline->index() != b.spline->index()) {
+    difference.note = "different kinds: " + a.kind + " and " + b.kind;
+    return difference;
+  }
+  return std::visit(
+      [&]<int D>(const Spline<D>& spline) { return differenceOf(spline, std::get<Spline<D>>(*b.spline)); }, *a.spline);
+}
+
+Json objectJson(std::size_t number, const Object& a, const Object& b, const Difference& difference) {
+  const auto value = [](const std::optional<double>& figure) { return figure ? Json(*figure) : Json(); };
+  return Json{{"number", number},
+              {"name", a.name},
+              {"other_name", b.name},
+              {"kind", a.kind},
+              {"identical", difference.identical},
+              {"deviation",
+               {{"control_points", value(difference.controlPoints)},
+                {"lower", value(difference.lower)},
+                {"certified", value(difference.certified)}}},
+              {"hausdorff", value(difference.hausdorff)},
+              {"note", difference.note.empty() ? Json() : Json(difference.note)}};
+}
+
+std::string auditText(const Audit& audit) {
+  if (audit.edges.empty()) return "no edges";
+  return fmt::format("{} edges, {}, largest gap {}, largest tolerance {}", audit.edges.size(),
+                     audit.valid ? "valid" : fmt::format("not valid ({} faces)", audit.invalidFaces),
+                     number(audit.largestGap), number(audit.largestTolerance));
+}
+
+void compare(const CompareArguments& arguments) {
+  const Stopwatch watch;
+  const auto first = readModel(arguments.first);
+  const auto second = readModel(arguments.second);
+  const auto& a = first->objects();
+  const auto& b = second->objects();
+  const std::size_t common = std::min(a.size(), b.size());
+  Table table({"#", "<object", "<kind", "control points", "certified", "Hausdorff", "<note"});
+  Json objects = Json::array();
+  std::size_t identical = 0;
+  double largest = 0;
+  for (std::size_t i = 0; i < common; ++i) {
+    const Difference difference = differenceOf(a[i], b[i]);
+    objects.push_back(objectJson(i + 1, a[i], b[i], difference));
+    identical += difference.identical ? 1 : 0;
+    largest = std::max({largest, difference.certified.value_or(0), difference.hausdorff.value_or(0)});
+    if (difference.identical) continue;
+    const auto cell = [](const std::optional<double>& figure) { return figure ? number(*figure) : std::string("-"); };
+    table.add({std::to_string(i + 1), a[i].name, a[i].kind, cell(difference.controlPoints), cell(difference.certified),
+               cell(difference.hausdorff), difference.note});
+  }
+  const Audit before = first->audit();
+  const Audit after = second->audit();
+  if (arguments.json) {
+    Json json = jsonHead("compare", {arguments.first, arguments.second});
+    json["object_counts"] = {a.size(), b.size()};
+    json["units"] = {first->unit(), second->unit()};
+    json["identical"] = identical == a.size() && a.size() == b.size();
+    json["largest_deviation"] = largest;
+    json["audits"] = {jsonOf(before), jsonOf(after)};
+    json["objects"] = std::move(objects);
+    json["seconds"] = watch.seconds();
+    printJson(json);
+    return;
+  }
+  if (!table.empty()) fmt::print("{}", table.text());
+  fmt::print("{} of {} objects identical to the bit, largest deviation {} {}\n", identical, common, number(largest),
+             first->unit());
+  if (a.size() != b.size())
+    fmt::print("{} objects against {}: the first {} are compared\n", a.size(), b.size(), common);
+  if (first->unit() != second->unit()) fmt::print("units: '{}' against '{}'\n", first->unit(), second->unit());
+  fmt::print("A: {}\nB: {}\n", auditText(before), auditText(after));
+}
+
+}  // namespace
+
+void addCompare(CLI::App& program) {
+  auto arguments = std::make_shared<CompareArguments>();
+  CLI::App* command = program.add_subcommand("compare", "How far two files are from each other, object by object");
+  command->add_option("A", arguments->first, "STEP, IGES, BREP, .g2 or JSON file")->required();
+  command->add_option("B", arguments->second, "The file to compare with")->required();
+  command->add_flag("--json", arguments->json, "Print one JSON object instead of the table");
+  command->footer("Example:\n  strak compare hood.step fair.step");
+  command->callback([arguments] { compare(*arguments); });
+}
+
+}  // namespace strak::cli

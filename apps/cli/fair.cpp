@@ -1,0 +1,246 @@
+// strak fair: makes the splines of a file fair within a tolerance.
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "apps/cli/commands.h"
+#include "apps/cli/console.h"
+#include "apps/cli/fair_model.h"
+#include "apps/cli/interrupt.h"
+#include "apps/cli/values.h"
+#include "strak/base/error.h"
+#include "strak/base/file.h"
+#include "strak/exchange/file_kind.h"
+
+namespace strak::cli {
+
+namespace {
+
+// The options as they were typed.
+struct FairArguments {
+  std::string input, output, report;
+  std::string tolerance, toleranceKind = "points", hold = "g2", energy = "thin-plate", scale = "lengths";
+  std::string method = "optimal", steps, gap = "1e-6", minGain = "0", maxChanges, pointsPerList = "1", faces, threads;
+  bool noRefine = false, json = false, quiet = false;
+  std::string commandLine;
+};
+
+void requireReportPath(const FairArguments& arguments) {
+  if (arguments.report.empty()) return;
+  requireWritable(arguments.report);
+  for (const auto& other : {arguments.input, arguments.output}) {
+    std::error_code ignored;
+    if (arguments.report == other || std::filesystem::equivalent(arguments.report, other, ignored)) {
+      throw InvalidInput(fmt::format("--report would overwrite '{}': give the page a name of its own", other));
+    }
+  }
+}
+
+CertifiedFairingOptions fairingOptions(const FairArguments& arguments, double modelSize) {
+  CertifiedFairingOptions options;
+  options.method = fairingMethodNamed(arguments.method);
+  if (!arguments.tolerance.empty()) options.tolerance = lengthOf("--tolerance", arguments.tolerance, modelSize);
+  options.toleranceKind = toleranceKindNamed(arguments.toleranceKind);
+  options.gap = positiveNumber("--gap", arguments.gap);
+  options.minGain = positiveNumber("--min-gain", arguments.minGain, true);
+  if (!arguments.steps.empty()) options.maxSteps = wholeNumber("--steps", arguments.steps, 1);
+  if (!arguments.maxChanges.empty()) options.maxChangesPerPoint = wholeNumber("--max-changes", arguments.maxChanges, 1);
+  options.pointsPerList = wholeNumber("--points-per-list", arguments.pointsPerList, 1);
+  options.scale = parameterScaleNamed(arguments.scale);
+  return options;
+}
+
+// "1, 3-5, 9" for object numbers counted from 0, ascending.
+std::string ranges(const std::vector<std::size_t>& numbers) {
+  std::string text;
+  for (std::size_t i = 0; i < numbers.size();) {
+    std::size_t last = i;
+    while (last + 1 < numbers.size() && numbers[last + 1] == numbers[last] + 1) ++last;
+    text += fmt::format("{}{}", text.empty() ? "" : ", ", numbers[i] + 1);
+    if (last > i) text += fmt::format("{}{}", last > i + 1 ? "-" : ", ", numbers[last] + 1);
+    i = last + 1;
+  }
+  return text;
+}
+
+std::string leftAloneText(const std::vector<FairedObject>& objects) {
+  std::map<std::string, std::vector<std::size_t>> byReason;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (!objects[i].faired()) byReason[objects[i].kind + ": " + objects[i].leftAlone].push_back(i);
+  }
+  std::string text;
+  for (const auto& [reason, numbers] : byReason) text += fmt::format("  {} ({})\n", reason, ranges(numbers));
+  return text.empty() ? "" : "left alone:\n" + text;
+}
+
+void printTable(const FairReport& report) {
+  constexpr std::size_t kMostRows = 40;
+  Table table({"#", "<object", "<net", "energy", "after", "change", "plate", "after", "deviation", "gap", "<stopped by",
+               "time"});
+  std::string notes;
+  std::size_t rows = 0;
+  for (std::size_t i = 0; i < report.objects.size(); ++i) {
+    const auto& object = report.objects[i];
+    if (!object.faired()) continue;
+    if (++rows > kMostRows) continue;
+    const auto& summary = object.summary;
+    table.add({std::to_string(i + 1), object.name, times(object.points), number(summary.energyBefore),
+               number(summary.energyAfter), change(summary.energyBefore, summary.energyAfter),
+               number(object.plate.before), number(object.plate.after), number(object.deviationUpper),
+               number(summary.gap), stopReasonName(summary.stopReason), duration(summary.seconds)});
+    for (const auto& note : object.notes) notes += fmt::format("  {}: {}\n", i + 1, note);
+  }
+  if (!table.empty()) fmt::print("{}", table.text());
+  if (rows > kMostRows) fmt::print("and {} more (--json or --report lists all)\n", rows - kMostRows);
+  if (!notes.empty()) fmt::print("notes:\n{}", notes);
+  fmt::print("{}", leftAloneText(report.objects));
+}
+
+void printSummary(const FairReport& report, const FairArguments& arguments) {
+  double before = 0;
+  double after = 0;
+  double deviation = 0;
+  const auto faired = std::count_if(report.objects.begin(), report.objects.end(), [&](const FairedObject& object) {
+    if (!object.faired()) return false;
+    before += object.summary.energyBefore;
+    after += object.summary.energyAfter;
+    deviation = std::max(deviation, object.deviationUpper);
+    return true;
+  });
+  const std::string unit = report.unit.empty() ? "" : " " + report.unit;
+  if (faired == 0) {
+    fmt::print("nothing was faired: the file is written as it was\n");
+  } else {
+    fmt::print("{} of {} faired: energy {}, certified deviation at most {}{}{}, in {}\n", faired, report.objects.size(),
+               change(before, after), number(deviation), unit,
+               report.tolerance < kUnlimited ? fmt::format(" (tolerance {}{})", number(report.tolerance), unit) : "",
+               duration(report.seconds));
+  }
+  if (!report.before.edges.empty()) {
+    fmt::print("model {} -> {}, largest gap {} -> {}, largest tolerance {} -> {}{}\n",
+               report.before.valid ? "valid" : "not valid", report.after.valid ? "valid" : "not valid",
+               number(report.before.largestGap), number(report.after.largestGap),
+               number(report.before.largestTolerance), number(report.after.largestTolerance), unit);
+  }
+  fmt::print("wrote {}{}\n", arguments.output, arguments.report.empty() ? "" : " and " + arguments.report);
+}
+
+void fair(const FairArguments& arguments) {
+  const Stopwatch watch;
+  energyNamed<2>(arguments.energy);  // a misspelt name is found before the file is read
+  const auto rows = holdRows(arguments.hold);
+  std::optional<tbb::global_control> threads;
+  if (!arguments.threads.empty()) {
+    threads.emplace(tbb::global_control::max_allowed_parallelism,
+                    static_cast<std::size_t>(wholeNumber("--threads", arguments.threads, 1)));
+  }
+  fairingOptions(arguments, 1);  // the same for every other option
+  requireWritable(arguments.output);
+  fileKindOfEnding(arguments.output);
+  requireReportPath(arguments);
+
+  const auto model = readModel(arguments.input);
+  FairModelOptions options;
+  options.selected = selectedObjects(arguments.faces, model->objects());
+  options.energy = arguments.energy;
+  options.holdRows = rows;
+  options.refine = !arguments.noRefine;
+  options.fairing = fairingOptions(arguments, model->size());
+  options.showProgress = !arguments.quiet;
+  options.stopped = interrupted;
+  catchInterrupt();
+  FairModelResult result = fairModel(*model, options);
+
+  FairReport report;
+  report.version = STRAK_VERSION;
+  report.command = arguments.commandLine;
+  report.inputName = arguments.input;
+  report.outputName = arguments.output;
+  report.unit = model->unit();
+  report.size = model->size();
+  report.tolerance = options.fairing.tolerance;
+  report.toleranceKind = toleranceKindName(options.fairing.toleranceKind);
+  report.before = std::move(result.before);
+  report.after = std::move(result.after);
+  report.objects = std::move(result.objects);
+  report.seconds = watch.seconds();
+  const std::string page = arguments.report.empty() ? "" : fairReportHtml(report);
+  model->write(arguments.output);
+  if (!arguments.report.empty()) writeFile(arguments.report, page);
+  if (interrupted()) printError("interrupted: the best so far is written to '" + arguments.output + "'");
+  if (arguments.json) {
+    fmt::print("{}\n", fairReportJson(report));
+  } else if (!arguments.quiet) {
+    printTable(report);
+    printSummary(report, arguments);
+  }
+}
+
+}  // namespace
+
+void addFair(CLI::App& program, const std::string& commandLine) {
+  auto arguments = std::make_shared<FairArguments>();
+  arguments->commandLine = commandLine;
+  CLI::App* command = program.add_subcommand("fair", "Make curves, surfaces and volumes fair within a tolerance");
+  command->add_option("IN", arguments->input, "STEP, IGES, BREP, .g2 or JSON file")->required();
+  command->add_option("-o,--output", arguments->output, "File to write (format by its ending); may be IN itself")
+      ->required();
+  command->add_option("--tolerance", arguments->tolerance,
+                      "How far anything may move: a length in the file's unit (0.5), or a part of the model's size "
+                      "(0.0001size); without it only the held rows keep the shape");
+  command
+      ->add_option("--tolerance-kind", arguments->toleranceKind,
+                   "points: no control point moves further; surface: the certified deviation just reaches the "
+                   "tolerance, control points may move further")
+      ->capture_default_str();
+  command
+      ->add_option("--hold", arguments->hold,
+                   "What stays at the borders: g0, g1, g2 (1, 2, 3 rows of control points), a number of rows, or "
+                   "UMIN,UMAX,VMIN,VMAX")
+      ->capture_default_str();
+  command
+      ->add_option("--energy", arguments->energy,
+                   "thin-plate, laplacian, third-order, laplacian-gradient, third-derivatives, q3, or a mixture like "
+                   "thin-plate+0.01*third-derivatives")
+      ->capture_default_str();
+  command
+      ->add_option("--parameter-scale", arguments->scale,
+                   "In which parameters the energy is measured: lengths (of the parameter lines), domain (the knots "
+                   "as they are), unit (each domain [0, 1])")
+      ->capture_default_str();
+  command
+      ->add_option("--method", arguments->method,
+                   "optimal: the best surface within the tolerance; local: one control point at a time; "
+                   "local-literal: the same with the ranking as first published")
+      ->capture_default_str();
+  command
+      ->add_option("--gap", arguments->gap, "Stop once the energy is certified to be this near to the least possible")
+      ->capture_default_str();
+  command->add_option("--steps", arguments->steps, "At most so many moves (local) or iterations (optimal) an object");
+  command->add_option("--min-gain", arguments->minGain, "Local: stop once no point gains more energy than this")
+      ->capture_default_str();
+  command->add_option("--max-changes", arguments->maxChanges, "Local: move a point at most so often");
+  command
+      ->add_option("--points-per-list", arguments->pointsPerList, "Local: points moved before the list is sorted again")
+      ->capture_default_str();
+  command->add_option("--faces", arguments->faces, "Objects to fair: numbers, ranges and names, like 1,3-5,hood");
+  command->add_flag("--no-refine", arguments->noRefine, "Never insert knots, even where no control point is free");
+  command->add_option("--report", arguments->report,
+                      "Write a page to look at (HTML): before, after, deviation, figures");
+  command->add_option("--threads", arguments->threads, "Use at most so many threads; the result does not depend on it");
+  command->add_flag("--json", arguments->json, "Print one JSON object instead of the table");
+  command->add_flag("--quiet", arguments->quiet, "Print nothing but errors");
+  command->footer(
+      "Example:\n  strak fair hood.step -o fair.step --tolerance 0.5 --report fair.html\n"
+      "Ctrl-C ends early: the best so far is written. A second Ctrl-C ends at once and writes nothing.");
+  command->callback([arguments] { fair(*arguments); });
+}
+
+}  // namespace strak::cli

@@ -1,0 +1,36 @@
+#pragma once
+//
+// Fairs the objects of an open file and puts them back, one decision an object: faired, left alone, or refused.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "strak/exchange/model.h"
+#include "strak/fairing/certified_fairing.h"
+#include "strak/report/fair_report.h"
+
+namespace strak::cli {
+
+struct FairModelOptions {
+  std::vector<Index> selected;  // numbers of the objects to fair
+  std::string energy = "thin-plate";
+  std::vector<Index> holdRows{3};   // one number for all ends, or one an end
+  bool refine = true;               // knots may be inserted where nothing is free
+  CertifiedFairingOptions fairing;  // its progress is not used
+  bool showProgress = true;         // a bar on a terminal
+  std::function<bool()> stopped;    // asked again and again; true ends the work with the best so far
+};
+
+struct FairModelResult {
+  std::vector<FairedObject> objects;  // one an object of the model
+  Audit before, after;
+};
+
+// Surfaces that share their geometry are faired once. Objects are worked on in parallel; the result does not depend on
+// the number of threads. A changed object that makes the model's audit worse (validity, gaps beyond rounding,
+// tolerances) is put back as it was and listed with that reason.
+// Throws InvalidInput or Failure instead of listing a reason if only one object is selected.
+FairModelResult fairModel(Model& model, const FairModelOptions& options);
+
+}  // namespace strak::cli

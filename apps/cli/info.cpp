@@ -1,0 +1,202 @@
+// strak info: what is inside a file, and what of it can be faired.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "apps/cli/commands.h"
+#include "apps/cli/console.h"
+#include "apps/cli/json.h"
+#include "strak/exchange/model.h"
+#include "strak/fairing/plan_face.h"
+#include "strak/metrology/fairness.h"
+
+namespace strak::cli {
+
+namespace {
+
+struct InfoArguments {
+  std::string input;
+  bool fairness = false, json = false;
+};
+
+// What there is to say about one object.
+struct Facts {
+  std::vector<int> degree;
+  std::vector<Index> points;
+  std::vector<std::array<double, 2>> domain;
+  std::optional<int> continuity;  // the lowest at an inner knot; none if there is no inner knot
+  bool rational = false;
+  Index dimension = 0;
+  Index freePoints = 0, knotsInserted = 0;
+  std::string leftAlone;
+  std::optional<SurfaceFairness> surface;
+  std::optional<CurveFairness> curve;
+};
+
+template <int D>
+FairingPlan<D> planOf(const Object& object, const Spline<D>& spline) {
+  if constexpr (D == 2) {
+    return planFace(spline, {object.trims, object.naturalSide});
+  } else {
+    return planFairing(spline);
+  }
+}
+
+template <int D>
+Facts factsOf(const Object& object, const Spline<D>& spline, bool fairness) {
+  Facts facts;
+  facts.rational = spline.isRational();
+  facts.dimension = spline.pointDimension();
+  facts.leftAlone = object.leftAlone;
+  for (int k = 0; k < D; ++k) {
+    const KnotVector& knots = spline.knots(k);
+    facts.degree.push_back(knots.degree());
+    facts.points.push_back(knots.size());
+    facts.domain.push_back({knots.from(), knots.to()});
+    for (const auto& knot : knots.innerKnots()) {
+      const int continuity = knots.degree() - knot.multiplicity;
+      facts.continuity = std::min(facts.continuity.value_or(continuity), continuity);
+    }
+  }
+  if (facts.leftAlone.empty()) {
+    const auto plan = planOf(object, spline);
+    facts.leftAlone = plan.leftAlone;
+    facts.freePoints = plan.freePoints;
+    facts.knotsInserted = plan.knotsInserted;
+  }
+  if (fairness) {
+    if constexpr (D == 2) {
+      if (facts.dimension == 3) facts.surface = surfaceFairness(spline);
+    } else if constexpr (D == 1) {
+      if (facts.dimension == 2 || facts.dimension == 3) facts.curve = curveFairness(spline);
+    }
+  }
+  return facts;
+}
+
+Facts factsOf(const Object& object, bool fairness) {
+  if (object.spline) {
+    return std::visit([&](const auto& spline) { return factsOf(object, spline, fairness); }, *object.spline);
+  }
+  Facts facts;
+  facts.leftAlone = object.leftAlone.empty() ? "it is not a B-spline" : object.leftAlone;
+  return facts;
+}
+
+Json objectJson(std::size_t number, const Object& object, const Facts& facts) {
+  Json json{{"number", number}, {"name", object.name}, {"kind", object.kind}};
+  if (object.spline) {
+    json["degree"] = facts.degree;
+    json["points"] = facts.points;
+    json["dimension"] = facts.dimension;
+    json["rational"] = facts.rational;
+    json["continuity"] = facts.continuity ? Json(*facts.continuity) : Json();
+    json["domain"] = facts.domain;
+  }
+  json["left_alone"] = facts.leftAlone.empty() ? Json() : Json(facts.leftAlone);
+  json["free_points"] = facts.freePoints;
+  json["knots_to_insert"] = facts.knotsInserted;
+  Json shared = Json::array();
+  for (Index other : object.sharedWith) shared.push_back(other + 1);
+  json["shared_with"] = shared;
+  if (facts.surface) {
+    json["fairness"] = {{"area", facts.surface->area},
+                        {"plate", facts.surface->plate},
+                        {"curvature_variation", facts.surface->curvatureVariation},
+                        {"isophote_roughness", facts.surface->isophoteRoughness},
+                        {"relative_error", facts.surface->relativeError}};
+  }
+  if (facts.curve) {
+    json["fairness"] = {{"length", facts.curve->length},
+                        {"bending", facts.curve->bending},
+                        {"curvature_variation", facts.curve->curvatureVariation}};
+  }
+  return json;
+}
+
+std::string fairableText(const Facts& facts) {
+  if (!facts.leftAlone.empty()) return "no: " + facts.leftAlone;
+  if (facts.knotsInserted == 0) return fmt::format("yes, {} points free", facts.freePoints);
+  return fmt::format("yes, {} points free after inserting {} knots", facts.freePoints, facts.knotsInserted);
+}
+
+void printHead(const InfoArguments& arguments, const Model& model, const Audit& audit) {
+  std::map<std::string, int> kinds;
+  for (const Object& object : model.objects()) ++kinds[object.kind];
+  std::string counts;
+  for (const auto& [kind, count] : kinds) counts += fmt::format("{}{} x {}", counts.empty() ? "" : ", ", count, kind);
+  const std::string unit = model.unit().empty() ? "" : " " + model.unit();
+  fmt::print("{}: {}, size {}{}\n{} objects: {}\n", arguments.input, model.format(), number(model.size()), unit,
+             model.objects().size(), counts);
+  if (!audit.edges.empty()) {
+    fmt::print("{} edges, {}, largest gap {}{}, largest tolerance {}{}\n", audit.edges.size(),
+               audit.valid ? "valid" : fmt::format("not valid ({} faces)", audit.invalidFaces),
+               number(audit.largestGap), unit, number(audit.largestTolerance), unit);
+  }
+}
+
+void printTable(const Model& model, const std::vector<Facts>& facts, bool fairness) {
+  std::vector<std::string> headings{"#", "<object", "<kind", "<degree", "<net", "<inner", "<can be faired"};
+  if (fairness) headings.insert(headings.end() - 1, {"plate", "variation", "isophotes"});
+  Table table(headings);
+  for (std::size_t i = 0; i < facts.size(); ++i) {
+    const Object& object = model.objects()[i];
+    const Facts& f = facts[i];
+    std::vector<std::string> row{std::to_string(i + 1), object.name,
+                                 object.kind,           times(f.degree),
+                                 times(f.points),       f.continuity ? fmt::format("C{}", *f.continuity) : "",
+                                 fairableText(f)};
+    if (fairness) {
+      const auto figures =
+          f.surface ? std::vector{number(f.surface->plate), number(f.surface->curvatureVariation),
+                                  number(f.surface->isophoteRoughness)}
+          : f.curve ? std::vector{number(f.curve->bending), number(f.curve->curvatureVariation), std::string()}
+                    : std::vector<std::string>(3);
+      row.insert(row.end() - 1, figures.begin(), figures.end());
+    }
+    table.add(row);
+  }
+  fmt::print("{}", table.text());
+}
+
+void info(const InfoArguments& arguments) {
+  const Stopwatch watch;
+  const auto model = readModel(arguments.input);
+  const Audit audit = model->audit();
+  std::vector<Facts> facts;
+  for (const Object& object : model->objects()) facts.push_back(factsOf(object, arguments.fairness));
+  if (!arguments.json) {
+    printHead(arguments, *model, audit);
+    printTable(*model, facts, arguments.fairness);
+    return;
+  }
+  Json json = jsonHead("info", {arguments.input});
+  json["format"] = model->format();
+  json["unit"] = model->unit();
+  json["size"] = model->size();
+  json["audit"] = jsonOf(audit);
+  json["objects"] = Json::array();
+  for (std::size_t i = 0; i < facts.size(); ++i)
+    json["objects"].push_back(objectJson(i + 1, model->objects()[i], facts[i]));
+  json["seconds"] = watch.seconds();
+  printJson(json);
+}
+
+}  // namespace
+
+void addInfo(CLI::App& program) {
+  auto arguments = std::make_shared<InfoArguments>();
+  CLI::App* command = program.add_subcommand("info", "What is inside a file, and what of it can be faired");
+  command->add_option("FILE", arguments->input, "STEP, IGES, BREP, .g2 or JSON file")->required();
+  command->add_flag("--fairness", arguments->fairness,
+                    "Figures of fairness too: exact bending energy, curvature variation, isophote roughness");
+  command->add_flag("--json", arguments->json, "Print one JSON object instead of the table");
+  command->footer("Example:\n  strak info hood.step --fairness");
+  command->callback([arguments] { info(*arguments); });
+}
+
+}  // namespace strak::cli
