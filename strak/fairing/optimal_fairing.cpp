@@ -16,6 +16,8 @@ namespace strak {
 
 namespace {
 
+constexpr double kRounding = 1e-16;
+
 // The smallest box of the net that contains all free points.
 struct FreeBox {
   std::vector<Index> first, count;
@@ -240,11 +242,13 @@ Faired<D> fairOptimally(const Spline<D>& input, const QuadraticEnergy<D>& energy
   const Eigen::RowVectorXd centre = energy.order() > 0 ? Eigen::RowVectorXd(input.net().colwise().mean())
                                                        : Eigen::RowVectorXd::Zero(components).eval();
   const std::vector<Index> netSizes(sizes.begin(), sizes.end());
-  Net halfGradient = Net::Zero(input.net().rows(), components);
+  Net halfGradient;
+  double noise = 0;  // what rounding alone may do to an energy
   {
     const Net centred = input.net().rowwise() - centre;
     halfGradient = op.product(centred);
     summary.energyBefore = centred.cwiseProduct(halfGradient).sum();
+    noise = kRounding * op.diagonal().dot(centred.rowwise().squaredNorm());
   }
   const FreeBox box = freeBox<D>(sizes, held);
   summary.freePoints = box.freePoints;
@@ -264,7 +268,7 @@ Faired<D> fairOptimally(const Spline<D>& input, const QuadraticEnergy<D>& energy
   Net e = Net::Zero(input.net().rows(), components);
   BallResult ball;
   const bool unlimited = std::isinf(options.tolerance);
-  const auto solveOnBox = [&] {
+  {
     const ModalBasis basis(layout, boxEnergy.stiffness, boxEnergy.massFactors);
     KroneckerOperator kronecker(layout, boxEnergy.products);
     Field linear(layout), solution(layout), isFree(layout.scalar());
@@ -285,10 +289,10 @@ Faired<D> fairOptimally(const Spline<D>& input, const QuadraticEnergy<D>& energy
     problem.basis = &basis;
     problem.radius = options.tolerance;
     problem.scale = summary.energyBefore;
+    problem.noise = noise;
     ball = unlimited ? minimizeFreely(problem, ballOptions, solution) : minimizeInBalls(problem, ballOptions, solution);
     addBox(layout, solution, e);
-  };
-  solveOnBox();
+  }
   if (ball.stop == BallResult::Stop::unproven) {
     ball = solveByFactor(op, energy.name, energy.order(), held, op.product(input.net().rowwise() - centre), options.gap,
                          summary.energyBefore, e);
@@ -305,7 +309,8 @@ Faired<D> fairOptimally(const Spline<D>& input, const QuadraticEnergy<D>& energy
   const double reference = std::abs(summary.energyAfter);
   summary.gap = ball.bound <= 0 ? 0 : reference > 0 ? ball.bound / reference : kUnlimited;
   summary.steps = ball.iterations;
-  summary.stopReason = ball.stop == BallResult::Stop::gap          ? StopReason::gap
+  const bool reached = ball.stop == BallResult::Stop::gap && (summary.gap <= options.gap || ball.bound <= 0);
+  summary.stopReason = reached                                     ? StopReason::gap
                        : ball.stop == BallResult::Stop::iterations ? StopReason::steps
                        : ball.stop == BallResult::Stop::cancelled  ? StopReason::cancelled
                                                                    : StopReason::precision;

@@ -195,7 +195,7 @@ BallResult minimizeFreely(const BallProblem& p, const BallOptions& options, Fiel
     const double next = dot(r, z);
     const double value = dot(*p.linear, e) - dot(e, r);
     // A step gains about a decade: go on to nine digits even where fewer would do.
-    const double wished = std::min(options.gap, 1e-9) * std::abs(p.scale + value);
+    const double wished = std::max(std::min(options.gap, 1e-9) * std::abs(p.scale + value), p.noise);
     if (i == 0) first = next;
     // r.z is an estimate of the bound that costs nothing; the proof is worth its solve only near the end.
     if (next <= wished || stalled > 3 || i >= options.maxIterations) {
@@ -277,7 +277,7 @@ BallResult minimizeInBalls(const BallProblem& p, const BallOptions& options, Fie
       addScaled(r, 1, *p.linear);
       const Multipliers m = multipliersOf(p, diagonal, x, r, lambda);
       lowerValue = std::max(lowerValue, value - m.frankWolfe);
-      const double wished = options.gap * std::abs(p.scale + value);
+      const double wished = std::max(options.gap * std::abs(p.scale + value), p.noise);
       if (lower && value - lowerValue > wished) {
         lower->solve(r, scratch);
         lowerValue = std::max(lowerValue, value - m.slack - dot(r, scratch));

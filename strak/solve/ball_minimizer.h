@@ -18,6 +18,7 @@ struct BallProblem {
   const ModalBasis* basis = nullptr;
   double radius = 0;  // infinity: none
   double scale = 0;   // the gap is measured against scale + q (the whole energy)
+  double noise = 0;   // a bound below this is rounding: the search ends there too
 };
 
 struct BallOptions {
