@@ -34,19 +34,24 @@ struct RenderOptions {
   std::optional<Eigen::Vector3d>
       view;                           // from the model to the eye; default: a three-quarter view, plane curves from +z
   std::optional<Eigen::Vector3d> up;  // upright in the picture; default: z, or y if the view is along z
-  std::optional<Eigen::Vector3d> light;      // from the model to the light; default: half left and above the eye
-  int width = 900, height = 700;             // pixels
-  int lines = 24;                            // isophotes, stripes, colour steps, or combs and isolines per direction
-  bool hideLines = true;                     // lines behind a surface are not drawn
-  bool caption = true;                       // the legend of colour maps and the line of text below the drawing
-  std::optional<Eigen::AlignedBox3d> frame;  // what fills the picture; default: the objects (frameOf)
-  std::optional<std::pair<double, double>> range;  // of the colour map or the combs; default: from the objects
+  std::optional<Eigen::Vector3d> light;  // from the model to the light; default: half left and above the eye
+  int width = 900, height = 700;         // pixels
+  int lines = 0;  // isophotes, stripes, colour steps, or combs and isolines per direction; 0: what suits the kind
+  bool hideLines = true;                           // lines behind a surface are not drawn
+  bool caption = true;                             // the legend of colour maps and the line of text below the drawing
+  std::optional<Eigen::AlignedBox3d> frame;        // what fills the picture; default: the objects (frameOf)
+  std::optional<std::pair<double, double>> range;  // of what is shown (rangeOf); default: from the objects
   std::vector<Object> reference;                   // for deviation: the same objects as they were
 };
 
 // The box of all objects that can be drawn (empty if there are none). Give the same box and view to two drawings and
 // they can be laid on top of each other.
 Eigen::AlignedBox3d frameOf(const std::vector<Object>& objects);
+
+// The range of what is shown: brightness of the visible parts, curvatures, distances, or for combs zero to the largest
+// curvature. The outermost percent of the values is left out. Give the same range to two drawings to compare them.
+// Throws like renderSvg.
+std::pair<double, double> rangeOf(const std::vector<Object>& objects, const RenderOptions& options);
 
 // The drawing. Throws InvalidInput if nothing can be drawn, an option is out of range, a direction is zero, or
 // `reference` does not match for deviation.
