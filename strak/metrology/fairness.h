@@ -16,7 +16,7 @@ struct SurfaceFairness {
 };
 
 struct FairnessOptions {
-  double relativeError = 1e-4;       // adaptive integration stops here (infinity: one pass, no refinement) ...
+  double relativeError = 1e-3;       // adaptive integration stops here (infinity: one pass, no refinement) ...
   Index maxEvaluations = 4'000'000;  // ... or here; one pass with 13 evaluations a span is always made
   bool (*inside)(double u, double v, const void* context) = nullptr;  // counts only where true (trimmed faces)
   const void* context = nullptr;
