@@ -92,7 +92,7 @@ class OneByOne {
 }  // namespace
 
 template <int D>
-Net derivatives(const Spline<D>& spline, const std::array<double, D>& u, int order) {
+Net derivatives(const Spline<D>& spline, const typename Spline<D>::Parameter& u, int order) {
   checkOrder(order);
   Net result(derivativeCount(D, order), spline.pointDimension());
   OneByOne<D>(spline, order).derivatives(u, result.data());
@@ -100,7 +100,7 @@ Net derivatives(const Spline<D>& spline, const std::array<double, D>& u, int ord
 }
 
 template <int D>
-Point evaluate(const Spline<D>& spline, const std::array<double, D>& u) {
+Point evaluate(const Spline<D>& spline, const typename Spline<D>::Parameter& u) {
   return derivatives<D>(spline, u, 0).row(0);
 }
 
@@ -122,7 +122,7 @@ Net derivativesAt(const Spline<D>& spline, const Eigen::Ref<const Net>& paramete
 }
 
 template <int D>
-Net derivativesOnGrid(const Spline<D>& spline, const std::array<std::vector<double>, D>& parameters, int order) {
+Net derivativesOnGrid(const Spline<D>& spline, const typename Spline<D>::Grid& parameters, int order) {
   return Evaluator<D>(spline).derivativesOnGrid(parameters, order);
 }
 

@@ -21,12 +21,12 @@ constexpr int derivativeCount(int directions, int order) {
 
 // The point X(u). Cost O((p + 1)^D).
 template <int D>
-Point evaluate(const Spline<D>& spline, const std::array<double, D>& u);
+Point evaluate(const Spline<D>& spline, const typename Spline<D>::Parameter& u);
 
 // All derivatives up to total order `order` in [0, 3]: derivativeCount rows, a column a coordinate.
 // Throws InvalidInput for another order.
 template <int D>
-Net derivatives(const Spline<D>& spline, const std::array<double, D>& u, int order);
+Net derivatives(const Spline<D>& spline, const typename Spline<D>::Parameter& u, int order);
 
 // The same at many parameters (a row of `parameters` each, D columns). Row r of the result holds the derivatives at
 // parameter r one after another: derivativeCount * pointDimension numbers. Multi-threaded; the result does not depend
@@ -36,6 +36,6 @@ Net derivativesAt(const Spline<D>& spline, const Eigen::Ref<const Net>& paramete
 
 // The same on the grid of all combinations of the parameters given per direction, last direction fastest.
 template <int D>
-Net derivativesOnGrid(const Spline<D>& spline, const std::array<std::vector<double>, D>& parameters, int order);
+Net derivativesOnGrid(const Spline<D>& spline, const typename Spline<D>::Grid& parameters, int order);
 
 }  // namespace strak

@@ -50,34 +50,38 @@ std::vector<double> missingKnots(const KnotVector& coarse, const KnotVector& fin
   return result;
 }
 
+Index refinementRow(const KnotVector& coarse, double start, const double* arguments, double* row) {
+  const int p = coarse.degree();
+  const auto& knots = coarse.knots();
+  // Before the first and after the last knot stand copies of it: they belong to control points that do not exist.
+  const auto last = static_cast<Index>(knots.size()) - 1;
+  const auto knot = [&](Index i) { return coarse[std::clamp<Index>(i, 0, last)]; };
+  const Index span = std::upper_bound(knots.begin(), knots.end(), start) - knots.begin() - 1;
+  // After step d, row[k] belongs to the coarse control point span - d + k.
+  row[0] = 1;
+  for (int d = 1; d <= p; ++d) {
+    const double x = arguments[d - 1];
+    double carried = 0;
+    for (int k = 0; k < d; ++k) {
+      const Index i = span - d + 1 + k;
+      const double length = knot(i + d) - knot(i);
+      const double weight = row[k];
+      row[k] = carried + weight * ((knot(i + d) - x) / length);
+      carried = weight * ((x - knot(i)) / length);
+    }
+    row[d] = carried;
+  }
+  return span;
+}
+
 Eigen::SparseMatrix<double> refinementMatrix(const KnotVector& coarse, const KnotVector& fine) {
   missingKnots(coarse, fine);
   const int p = coarse.degree();
-  const auto& knots = coarse.knots();
-  // Before the first and after the last knot stand copies of it: they belong to functions that do not exist, whose
-  // coefficients are dropped below.
-  const auto last = static_cast<Index>(knots.size()) - 1;
-  const auto knot = [&](Index i) { return coarse[std::clamp<Index>(i, 0, last)]; };
-
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(static_cast<std::size_t>(fine.size() * (p + 1)));
   std::vector<double> row(static_cast<std::size_t>(p) + 1);
-  std::vector<double> next(static_cast<std::size_t>(p) + 1);
   for (Index j = 0; j < fine.size(); ++j) {
-    const Index span = std::upper_bound(knots.begin(), knots.end(), fine[j]) - knots.begin() - 1;
-    // After step d, row[k] belongs to the coarse function span - d + k.
-    row[0] = 1;
-    for (int d = 1; d <= p; ++d) {
-      std::fill(next.begin(), next.end(), 0.0);
-      for (int k = 0; k < d; ++k) {
-        const Index i = span - d + 1 + k;
-        const double length = knot(i + d) - knot(i);
-        const auto at = static_cast<std::size_t>(k);
-        next[at] += row[at] * ((knot(i + d) - fine[j + d]) / length);
-        next[at + 1] += row[at] * ((fine[j + d] - knot(i)) / length);
-      }
-      std::swap(row, next);
-    }
+    const Index span = refinementRow(coarse, fine[j], fine.knots().data() + j + 1, row.data());
     for (int k = 0; k <= p; ++k) {
       const Index i = span - p + k;
       const double value = row[static_cast<std::size_t>(k)];
@@ -101,7 +105,7 @@ Spline<D> insertKnots(const Spline<D>& spline, int direction, const std::vector<
 }
 
 template <int D>
-Spline<D> refine(const Spline<D>& spline, const std::array<KnotVector, D>& fine) {
+Spline<D> refine(const Spline<D>& spline, const typename Spline<D>::Knots& fine) {
   Spline<D> result = spline;
   for (int k = 0; k < D; ++k) {
     result = insertKnots(result, k, missingKnots(spline.knots(k), fine[static_cast<std::size_t>(k)]));

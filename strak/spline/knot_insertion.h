@@ -26,6 +26,12 @@ std::vector<double> missingKnots(const KnotVector& coarse, const KnotVector& fin
 // Throws InvalidInput like missingKnots. Cost O(fine.size() * degree^2).
 Eigen::SparseMatrix<double> refinementMatrix(const KnotVector& coarse, const KnotVector& fine);
 
+// One row of such a matrix: the weights row[0 .. degree] of the coarse control points span - degree, ..., span in the
+// fine one that lies between fine knots start = V[j] and V[j + degree + 1], where arguments[0 .. degree - 1] = V[j +
+// 1], ... . Returns span; it may lie up to `degree` outside the control points, whose weights are then meaningless.
+// Cost O(degree^2).
+Index refinementRow(const KnotVector& coarse, double start, const double* arguments, double* row);
+
 // The same spline with more knots in one direction. Throws InvalidInput like withKnots.
 // Cost O((degree + 1) * points of the result).
 template <int D>
@@ -33,6 +39,6 @@ Spline<D> insertKnots(const Spline<D>& spline, int direction, const std::vector<
 
 // The same spline on finer knots in all directions. Throws InvalidInput like missingKnots.
 template <int D>
-Spline<D> refine(const Spline<D>& spline, const std::array<KnotVector, D>& fine);
+Spline<D> refine(const Spline<D>& spline, const typename Spline<D>::Knots& fine);
 
 }  // namespace strak

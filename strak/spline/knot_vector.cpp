@@ -37,6 +37,10 @@ KnotVector::KnotVector(int degree, std::vector<double> knots, const char* name)
                       (*this)[i], name, degree + 1));
     }
   }
+  if (!std::isfinite(knots_.back() - knots_.front())) {
+    throw InvalidInput(fmt::format("the knots of direction {} reach from {} to {}, too far to subtract: rescale them",
+                                   name, knots_.front(), knots_.back()));
+  }
   if (!(from() < to())) {
     throw InvalidInput(
         fmt::format("the domain of direction {} is empty (from {} to {}): spread the knots", name, from(), to()));
@@ -118,6 +122,20 @@ KnotVector KnotVector::rescaled(double newFrom, double newTo) const {
     u = u == from() ? newFrom : u == to() ? newTo : newFrom + (u - from()) * factor;
   }
   return result;
+}
+
+ActiveKnots activeKnots(const KnotVector& knots, double from, double to) {
+  const auto& all = knots.knots();
+  const auto lastFrom = std::upper_bound(all.begin(), all.end(), from) - all.begin() - 1;
+  const auto firstTo = std::lower_bound(all.begin(), all.end(), to) - all.begin();
+  if (!(from < to) || from < knots.from() || to > knots.to() || lastFrom < knots.degree() || knots[lastFrom] != from ||
+      firstTo > knots.size() || knots[firstTo] != to) {
+    throw InvalidInput(
+        fmt::format("[{}, {}] does not begin and end with knots of the domain [{}, {}]: insert them first", from, to,
+                    knots.from(), knots.to()));
+  }
+  const auto first = lastFrom - knots.degree();
+  return {{knots.degree(), {all.begin() + first, all.begin() + firstTo + knots.degree() + 1}}, first};
 }
 
 }  // namespace strak

@@ -63,4 +63,12 @@ class KnotVector {
   std::vector<double> knots_;
 };
 
+// The knots that the basis functions alive inside [from, to] need, and the index of the first of these functions: the
+// result's domain is [from, to]. Both ends must be knots of the domain, from < to; else InvalidInput.
+struct ActiveKnots {
+  KnotVector knots;
+  Index first;
+};
+ActiveKnots activeKnots(const KnotVector& knots, double from, double to);
+
 }  // namespace strak

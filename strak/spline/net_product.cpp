@@ -9,37 +9,31 @@ namespace strak {
 template <int D>
 Net multiplyAlong(const Eigen::SparseMatrix<double>& matrix, const Eigen::Ref<const Net>& net,
                   const typename Spline<D>::Sizes& sizes, int direction) {
-  Index outer = 1;
-  Index inner = 1;
-  for (int k = 0; k < D; ++k) {
-    if (k < direction) outer *= sizes[static_cast<std::size_t>(k)];
-    if (k > direction) inner *= sizes[static_cast<std::size_t>(k)];
-  }
-  const Index from = sizes[static_cast<std::size_t>(direction)];
-  const Index to = matrix.rows();
-  if (matrix.cols() != from || net.rows() != outer * from * inner) {
+  Index count = 1;
+  for (const Index size : sizes) count *= size;
+  if (matrix.cols() != sizes[static_cast<std::size_t>(direction)] || net.rows() != count) {
     throw InvalidInput(fmt::format(
         "a matrix of {} x {} cannot act on direction {} of a net with {} points, {} of them in that direction: "
         "match the sizes",
-        matrix.rows(), matrix.cols(), directionName(direction), net.rows(), from));
+        matrix.rows(), matrix.cols(), directionName(direction), net.rows(),
+        sizes[static_cast<std::size_t>(direction)]));
   }
-  Net result = Net::Zero(outer * to * inner, net.cols());
-  for (Index o = 0; o < outer; ++o) {
-    for (Index j = 0; j < from; ++j) {
-      const auto source = net.middleRows((o * from + j) * inner, inner);
-      for (Eigen::SparseMatrix<double>::InnerIterator entry(matrix, j); entry; ++entry) {
-        result.middleRows((o * to + entry.row()) * inner, inner) += entry.value() * source;
-      }
-    }
-  }
-  return result;
+  return mapLines<D>(net, sizes, direction, matrix.rows(), [&](const auto& lines) -> Net { return matrix * lines; });
 }
 
-template Net multiplyAlong<1>(const Eigen::SparseMatrix<double>&, const Eigen::Ref<const Net>&, const Spline<1>::Sizes&,
-                              int);
-template Net multiplyAlong<2>(const Eigen::SparseMatrix<double>&, const Eigen::Ref<const Net>&, const Spline<2>::Sizes&,
-                              int);
-template Net multiplyAlong<3>(const Eigen::SparseMatrix<double>&, const Eigen::Ref<const Net>&, const Spline<3>::Sizes&,
-                              int);
+template <int D>
+Net sliceAlong(const Eigen::Ref<const Net>& net, const typename Spline<D>::Sizes& sizes, int direction, Index first,
+               Index count) {
+  return mapLines<D>(net, sizes, direction, count, [&](const auto& lines) { return lines.middleRows(first, count); });
+}
+
+#define STRAK_INSTANTIATE(D)                                                                      \
+  template Net multiplyAlong<D>(const Eigen::SparseMatrix<double>&, const Eigen::Ref<const Net>&, \
+                                const Spline<D>::Sizes&, int);                                    \
+  template Net sliceAlong<D>(const Eigen::Ref<const Net>&, const Spline<D>::Sizes&, int, Index, Index);
+STRAK_INSTANTIATE(1)
+STRAK_INSTANTIATE(2)
+STRAK_INSTANTIATE(3)
+#undef STRAK_INSTANTIATE
 
 }  // namespace strak

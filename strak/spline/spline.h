@@ -22,6 +22,10 @@ class Spline {
  public:
   static constexpr int kDirections = D;
   using Sizes = std::array<Index, D>;
+  using Parameter = std::array<double, D>;
+  using Knots = std::array<KnotVector, D>;
+  using Directions = std::array<int, D>;
+  using Grid = std::array<std::vector<double>, D>;  // parameters per direction
 
   Spline() = default;
 
