@@ -1,4 +1,4 @@
-#include "strak/fairing/local_fairing_kernels.h"
+#include "strak/fairing/ranking_kernels.h"
 
 #ifdef __AVX2__
 #include <immintrin.h>

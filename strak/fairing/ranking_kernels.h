@@ -62,4 +62,13 @@ STRAK_RANKING_KERNELS
 }
 #endif
 
+// Those for this processor.
+struct Kernels {
+  decltype(&generic::moveAndRank) moveAndRank;
+  decltype(&generic::rankAll) rankAll;
+  decltype(&generic::refreshBlock) refreshBlock;
+  decltype(&generic::largest) largest;
+};
+const Kernels& chosen();
+
 }  // namespace strak::ranking
