@@ -312,4 +312,29 @@ BallResult minimizeInBalls(const BallProblem& p, const BallOptions& options, Fie
   }
 }
 
+BallResult boundAt(const BallProblem& p, const Field& e) {
+  const BoxLayout& layout = p.energy->layout();
+  Field h(layout), solution(layout), lambda(layout.scalar());
+  p.energy->apply(e, h);
+  const double value = dot(e, h) + 2 * dot(e, *p.linear);
+  addScaled(h, 1, *p.linear);
+  double bound = kInfinity;
+  double slack = 0;
+  if (std::isfinite(p.radius)) {
+    const Multipliers m = multipliersOf(p, p.energy->diagonal(), e, h, lambda);
+    bound = m.frankWolfe;
+    slack = m.slack;
+  } else {
+    scalePoints(layout, *p.free, h);
+  }
+  if (!p.lowerBound.empty()) {
+    ModalSolver lower(layout, p.lowerBound, *p.basis);
+    if (lower.conditionIndicator() >= kSingular) {
+      lower.solve(h, solution);
+      bound = std::min(bound, slack + dot(h, solution));
+    }
+  }
+  return finish({}, value, bound, 0, BallResult::Stop::gap);
+}
+
 }  // namespace strak

@@ -47,4 +47,8 @@ BallResult minimizeFreely(const BallProblem& problem, const BallOptions& options
 // where the inverse is solved for approximately and its remainder bounded by P^-1.
 BallResult minimizeInBalls(const BallProblem& problem, const BallOptions& options, Field& e);
 
+// The value and the bound at a given field, without moving it: infinite where nothing is proven. e must be zero at held
+// points and within the radius.
+BallResult boundAt(const BallProblem& problem, const Field& e);
+
 }  // namespace strak
