@@ -117,7 +117,7 @@ FairingPlan<D> planOf(const Model& model, const Job& job, const Spline<D>& splin
 FairnessOptions fairnessOptions(Index points) {
   constexpr Index kBigNet = 10'000;
   FairnessOptions options;
-  options.relativeError = points <= kBigNet ? 1e-4 : 1e-2;
+  options.relativeError = points <= kBigNet ? 1e-3 : 1e-2;
   return options;
 }
 

@@ -1,0 +1,129 @@
+// strak convert: another format, a higher degree, Bezier pieces.
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "apps/cli/commands.h"
+#include "apps/cli/console.h"
+#include "apps/cli/json.h"
+#include "apps/cli/values.h"
+#include "strak/base/error.h"
+#include "strak/exchange/file_kind.h"
+#include "strak/exchange/model.h"
+#include "strak/spline/bezier.h"
+#include "strak/spline/degree_elevation.h"
+
+namespace strak::cli {
+
+namespace {
+
+struct ConvertArguments {
+  std::string input, output, elevate;
+  bool toBezier = false, json = false;
+};
+
+template <int D>
+Spline<D> elevated(Spline<D> spline, int degree, const std::string& name) {
+  for (int k = 0; k < D; ++k) {
+    const int more = degree - spline.degree(k);
+    if (more < 0) {
+      throw InvalidInput(
+          fmt::format("--elevate {} would lower the degree of '{}' in direction {}, which is {}: give at "
+                      "least that",
+                      degree, name, directionName(k), spline.degree(k)));
+    }
+    if (more > 0) spline = elevateDegree(spline, k, more);
+  }
+  return spline;
+}
+
+// A piece as a spline of its own.
+template <int D>
+Spline<D> splineOf(const BezierPiece<D>& piece, const Spline<D>& whole) {
+  std::array<KnotVector, D> knots;
+  for (std::size_t k = 0; k < D; ++k) {
+    knots[k] = KnotVector::uniformClamped(whole.degree(static_cast<int>(k)), 1, piece.from[k], piece.to[k]);
+  }
+  return Spline<D>(knots, piece.points, whole.isRational());
+}
+
+// The model with other splines: what is no spline has no place in it.
+std::unique_ptr<Model> changed(const Model& model, const ConvertArguments& arguments) {
+  constexpr Index kHighestDegree = 31;
+  const int degree =
+      arguments.elevate.empty() ? 0 : static_cast<int>(wholeNumber("--elevate", arguments.elevate, 1, kHighestDegree));
+  std::vector<AnySpline> splines;
+  std::vector<std::string> names;
+  for (const Object& object : model.objects()) {
+    if (!object.spline) continue;
+    std::visit(
+        [&]<int D>(const Spline<D>& original) {
+          const Spline<D> spline = degree > 0 ? elevated(original, degree, object.name) : original;
+          if (!arguments.toBezier) {
+            splines.emplace_back(spline);
+            names.push_back(object.name);
+            return;
+          }
+          const auto pieces = bezierPieces(spline);
+          for (std::size_t i = 0; i < pieces.size(); ++i) {
+            splines.emplace_back(splineOf(pieces[i], spline));
+            names.push_back(fmt::format("{} piece {}", object.name, i + 1));
+          }
+        },
+        *object.spline);
+  }
+  if (splines.empty()) throw InvalidInput(fmt::format("'{}' holds no splines to convert", arguments.input));
+  return modelOf(std::move(splines), std::move(names), model.unit());
+}
+
+void convert(const ConvertArguments& arguments) {
+  const Stopwatch watch;
+  requireWritable(arguments.output);
+  fileKindOfEnding(arguments.output);
+  auto model = readModel(arguments.input);
+  const std::string format = model->format();
+  if (!arguments.elevate.empty() || arguments.toBezier) model = changed(*model, arguments);
+  model->write(arguments.output);
+  if (!arguments.json) {
+    fmt::print("wrote {} ({} objects)\n", arguments.output, model->objects().size());
+    return;
+  }
+  Json json = jsonHead("convert", {arguments.input});
+  json["output"] = arguments.output;
+  json["from"] = format;
+  json["to"] = fileKindName(fileKindOfEnding(arguments.output));
+  json["objects"] = Json::array();
+  for (const Object& object : model->objects()) {
+    Json entry{{"name", object.name}, {"kind", object.kind}};
+    if (object.spline) {
+      std::visit(
+          [&]<int D>(const Spline<D>& spline) {
+            entry["points"] = spline.sizes();
+            for (int k = 0; k < D; ++k) entry["degree"].push_back(spline.degree(k));
+          },
+          *object.spline);
+    }
+    json["objects"].push_back(std::move(entry));
+  }
+  json["seconds"] = watch.seconds();
+  printJson(json);
+}
+
+}  // namespace
+
+void addConvert(CLI::App& program) {
+  auto arguments = std::make_shared<ConvertArguments>();
+  CLI::App* command = program.add_subcommand("convert", "Write a file in another format or form");
+  command->add_option("IN", arguments->input, "STEP, IGES, BREP, .g2 or JSON file")->required();
+  command->add_option("-o,--output", arguments->output, "File to write; its ending says the format")->required();
+  command->add_option("--elevate", arguments->elevate,
+                      "Raise all degrees to this one, exactly; only the splines are written");
+  command->add_flag("--to-bezier", arguments->toBezier,
+                    "Write a Bezier piece for every knot span, exactly; only the splines are written");
+  command->add_flag("--json", arguments->json, "Print one JSON object");
+  command->footer("Example:\n  strak convert hood.step -o hood.g2 --to-bezier");
+  command->callback([arguments] { convert(*arguments); });
+}
+
+}  // namespace strak::cli
