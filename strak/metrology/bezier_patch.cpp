@@ -37,6 +37,20 @@ double binomial(int n, int k) {
   return result;
 }
 
+// The products C(p, i) C(q, j) ... in the order of the control points.
+template <int D>
+Eigen::VectorXd binomials(const std::array<int, D>& degrees) {
+  Eigen::VectorXd result = Eigen::VectorXd::Ones(1);
+  for (const int p : degrees) {
+    Eigen::VectorXd next(result.size() * (p + 1));
+    for (Index r = 0; r < result.size(); ++r) {
+      for (int i = 0; i <= p; ++i) next[r * (p + 1) + i] = result[r] * binomial(p, i);
+    }
+    result = std::move(next);
+  }
+  return result;
+}
+
 }  // namespace
 
 template <int D>
@@ -170,28 +184,28 @@ Net applyMaps(const std::array<const Eigen::MatrixXd*, D>& maps, const Net& bloc
 template <int D>
 Net bezierProduct(const Net& points, const std::array<int, D>& degrees, const Net& factor,
                   const std::array<int, D>& factorDegrees) {
+  // C(p, i) P_i is the coefficient of t^i (1 - t)^(p - i): such coefficients multiply like those of powers.
   const auto sizes = pointCounts<D>(degrees), factorSizes = pointCounts<D>(factorDegrees);
-  Index rows = 1;
-  for (std::size_t k = 0; k < D; ++k) rows *= degrees[k] + factorDegrees[k] + 1;
-  Net result = Net::Zero(rows, points.cols());
+  const Net scaled = binomials<D>(degrees).asDiagonal() * points;
+  const Eigen::VectorXd scaledFactor = binomials<D>(factorDegrees).cwiseProduct(factor.col(0));
+  std::array<int, D> productDegrees;
+  for (std::size_t k = 0; k < D; ++k) productDegrees[k] = degrees[k] + factorDegrees[k];
+  const Eigen::VectorXd productBinomials = binomials<D>(productDegrees);
+  Net result = Net::Zero(productBinomials.size(), points.cols());
   for (Index r = 0; r < points.rows(); ++r) {
     for (Index f = 0; f < factor.rows(); ++f) {
-      double weight = factor(f, 0);
       Index row = 0, stride = 1, restR = r, restF = f;
       for (int k = D - 1; k >= 0; --k) {
         const auto d = static_cast<std::size_t>(k);
-        const int p = degrees[d], q = factorDegrees[d];
-        const auto i = static_cast<int>(restR % sizes[d]), j = static_cast<int>(restF % factorSizes[d]);
+        row += (restR % sizes[d] + restF % factorSizes[d]) * stride;
+        stride *= productDegrees[d] + 1;
         restR /= sizes[d];
         restF /= factorSizes[d];
-        weight *= binomial(p, i) * binomial(q, j) / binomial(p + q, i + j);
-        row += (i + j) * stride;
-        stride *= p + q + 1;
       }
-      result.row(row) += weight * points.row(r);
+      result.row(row) += scaledFactor[f] * scaled.row(r);
     }
   }
-  return result;
+  return productBinomials.cwiseInverse().asDiagonal() * result;
 }
 
 #define STRAK_INSTANTIATE(D)                                                           \

@@ -35,11 +35,11 @@ LocalGeometry localGeometry(const Eigen::Ref<const Net>& d) {
   LocalGeometry g;
   for (int i = 0; i < 2; ++i) g.tangents[i] = d.row(1 + i).transpose();
   for (int i = 0; i < 3; ++i) g.second[i] = d.row(3 + i).transpose();
-  const Eigen::Vector3d cross = g.tangents[0].cross(g.tangents[1]);
-  const double u = g.tangents[0].norm(), v = g.tangents[1].norm(), area = cross.norm();
-  g.regular = area > kLeastSine * u * v && std::min(u, v) > kLeastTangentRatio * std::max(u, v) && std::isfinite(area);
+  const auto normal = unitNormal(g.tangents[0], g.tangents[1]);
+  g.regular = normal.has_value();
   if (!g.regular) return g;
-  g.normal = cross / area;
+  g.normal = *normal;
+  const double u = g.tangents[0].norm(), area = g.tangents[0].cross(g.tangents[1]).norm();
   g.frame << 1 / u, 0, -g.tangents[0].dot(g.tangents[1]) / (u * area), u / area;
   g.h << g.second[0].dot(g.normal), g.second[1].dot(g.normal), g.second[1].dot(g.normal), g.second[2].dot(g.normal);
   return g;
@@ -62,6 +62,15 @@ Principal principalFrame(const LocalGeometry& g) {
 }
 
 }  // namespace
+
+std::optional<Eigen::Vector3d> unitNormal(const Eigen::Vector3d& tangentU, const Eigen::Vector3d& tangentV) {
+  const Eigen::Vector3d cross = tangentU.cross(tangentV);
+  const double u = tangentU.norm(), v = tangentV.norm(), area = cross.norm();
+  if (!(area > kLeastSine * u * v && std::min(u, v) > kLeastTangentRatio * std::max(u, v) && std::isfinite(area))) {
+    return std::nullopt;
+  }
+  return cross / area;
+}
 
 SurfaceCurvature surfaceCurvature(const Eigen::Ref<const Net>& d) {
   checkRows(d, 6);

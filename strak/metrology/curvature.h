@@ -3,6 +3,7 @@
 // Curvature of surfaces and curves at a point, independent of the parametrization.
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "strak/spline/spline.h"
 
@@ -17,6 +18,9 @@ struct SurfaceCurvature {
   Eigen::Vector3d direction[2];  // unit principal directions; any orthonormal pair at umbilics
   bool regular = true;           // false where X_u x X_v vanishes: then all curvatures are zero and say nothing
 };
+
+// The unit normal X_u x X_v / |X_u x X_v|, or nothing where the tangents are parallel or one vanishes.
+std::optional<Eigen::Vector3d> unitNormal(const Eigen::Vector3d& tangentU, const Eigen::Vector3d& tangentV);
 
 // From the derivatives X, X_u, X_v, X_uu, X_uv, X_vv (rows of `d`, 3 columns, as strak::derivatives gives). Throws
 // InvalidInput if there are fewer rows or another number of columns.

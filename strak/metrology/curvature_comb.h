@@ -10,7 +10,7 @@
 namespace strak {
 
 // Tooth i goes from points[i] to points[i] - scale * curvature[i] * normals[i], away from the centre of curvature. At
-// knots where the curvature may jump there are two teeth with the same parameter, one from each side. Where the curve
+// knots where the curvature may jump there are two teeth with the same parameter, one from each side. Where a curve
 // stands still (zero derivative) there is no tooth.
 struct CurvatureComb {
   std::vector<double> parameters;

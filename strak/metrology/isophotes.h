@@ -16,7 +16,7 @@
 
 namespace strak {
 
-// A polyline on a surface; every vertex lies on its level to about 1e-12.
+// A polyline on a surface. Every vertex lies on its level to about 1e-12 of the field's range.
 struct SurfaceLine {
   double level = 0;
   std::vector<Eigen::Vector2d> parameters;  // (u, v)
@@ -39,12 +39,13 @@ SurfaceField reflectionField(const Eigen::Vector3d& light, const Eigen::Vector3d
 SurfaceField highlightField(const Eigen::Vector3d& place, const Eigen::Vector3d& direction);
 
 struct LineOptions {
-  Index samplesPerSpan =
-      8;                  // grid cells per knot span and direction in which lines are looked for; raised on few spans
-  Index minSamples = 64;  // ... until each direction has at least so many cells
-  double flatness =
-      1e-4;  // vertices are inserted until chords are this close to the line, relative to the surface's size
-  std::function<bool(double u, double v)> inside;  // only the parts where it is true (trimmed faces); empty: everywhere
+  // Grid cells per knot span and direction in which lines are looked for; raised until a direction has minSamples cells
+  // in all, lowered until it has at most maxSamples (but one a span stays).
+  Index samplesPerSpan = 8, minSamples = 64, maxSamples = 2048;
+  // Vertices are inserted until chords are this close to the line, relative to the size of the surface.
+  double flatness = 1e-4;
+  // Only the parts where it is true (trimmed faces); empty: everywhere. Called from many threads.
+  std::function<bool(double u, double v)> inside;
 };
 
 // The lines field = level for each of the levels, in the order of the levels. Lines run through knot lines where the

@@ -75,9 +75,9 @@ TEST(SurfaceFairness, PlaneHasNoFigures) {
 
 TEST(SurfaceFairness, ReferenceFiguresOfTheNoisySphere) {
   STRAK_SHARED_SURFACE(noisy, "fairness24/noisy.g2");
-  expectFigures(surfaceFairness(noisy), 12.2154, 8055, 12636, 2e-4);
+  expectFigures(surfaceFairness(noisy), 12.2154, 8055, 12636, 1e-3);
   STRAK_SHARED_SURFACE(clean, "fairness24/clean.g2");
-  expectFigures(surfaceFairness(clean), 4.3149, 32.88, 33.18, 2e-4);
+  expectFigures(surfaceFairness(clean, {.relativeError = 2e-4}), 4.3149, 32.88, 33.18, 2e-4);
 }
 
 TEST(SurfaceFairness, ReferenceFiguresOfExampleOne) {
@@ -90,7 +90,7 @@ TEST(SurfaceFairness, ReferenceFiguresOfExampleOne) {
 
 TEST(SurfaceFairness, ReferenceFiguresOfARealSurface) {
   STRAK_SHARED_SURFACE(surface, "gotools/surface.g2");
-  expectFigures(surfaceFairness(surface), 67.4050, 66.45, 69.07, 2e-4);
+  expectFigures(surfaceFairness(surface), 67.4050, 66.45, 69.07, 1e-3);
 }
 
 TEST(SurfaceFairness, ScalesWithTheUnitAndNotWithTheKnotsOrThePlace) {
