@@ -2,8 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
+
 #include "strak/base/error.h"
+#include "strak/report/page.h"
 #include "strak/report/picture.h"
+#include "strak/report/svg.h"
+#include "strak/report/viewer_data.h"
 
 namespace strak {
 
@@ -59,6 +64,18 @@ std::pair<double, double> rangeOf(const std::vector<Object>& objects, const Rend
 std::string renderSvg(const std::vector<Object>& objects, const RenderOptions& options) {
   const Picture picture = preparePicture(objects, options);
   return drawPicture(picture, options, options.range ? *options.range : pictureRange(picture, options));
+}
+
+std::string renderHtml(const std::vector<Object>& objects, const std::string& title, const RenderOptions& options) {
+  const Picture picture = preparePicture(objects, options);
+  const auto range = options.range ? *options.range : pictureRange(picture, options);
+  std::string caption = fmt::format("{} of {}", renderKindName(options.kind), escaped(title));
+  caption.front() = static_cast<char>(std::toupper(caption.front()));
+  const std::string body =
+      fmt::format("<h1>{}</h1>\n<p class=\"sub\">{} {}</p>\n{}<h2>Drawing</h2>\n<div class=\"single\">{}</div>\n",
+                  escaped(title), objects.size(), objects.size() == 1 ? "object" : "objects", viewerMarkup(),
+                  htmlFigure(drawPicture(picture, options, range), caption));
+  return htmlPage(title, body, viewerData({"", objects, {}, options}, picture));
 }
 
 }  // namespace strak

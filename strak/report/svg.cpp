@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,10 +13,10 @@ namespace {
 
 using Vector = Eigen::Vector2d;
 
-void append(std::string& out, const Vector& p) {
-  out += shortNumber(p.x());
+void append(std::string& out, const Vector& p, int decimals = 2) {
+  out += shortNumber(p.x(), decimals);
   out += ' ';
-  out += shortNumber(p.y());
+  out += shortNumber(p.y(), decimals);
 }
 
 // Fits cubic Bezier curves to points[first..last] with the given directions at the ends, splitting where one is not
@@ -188,16 +190,15 @@ std::string polygonPath(const PicturePolyline& polygon) {
       const double length = chord.norm(), along = length > 0 ? chord.dot(d) / length : -1;
       const double off = length > 0 ? std::abs(chord.x() * d.y() - chord.y() * d.x()) / length : d.norm();
       // Only short chords: errors of points left out before must not add up.
-      if (off < 0.02 && along > 0 && along < length && length < 12) continue;
+      if (off < 0.05 && along > 0 && along < length && length < 12) continue;
     }
     kept.push_back(p);
   }
   if (kept.size() < 3) return {};
-  std::string out = "M";
-  append(out, kept.front());
-  for (std::size_t i = 1; i < kept.size(); ++i) {
-    out += 'L';
-    append(out, kept[i]);
+  std::string out;
+  for (const Vector& p : kept) {
+    out += out.empty() ? 'M' : ' ';
+    append(out, p, 1);
   }
   out += 'Z';
   return out;

@@ -19,7 +19,8 @@ std::string escaped(std::string_view text);
 // stay corners. Source: Schneider, "An algorithm for automatically fitting digitized curves", Graphics Gems (1990).
 std::string smoothPath(const PicturePolyline& line);
 
-// Path data of a closed polygon, points that are within 0.05 pixels of the line between their neighbours left out.
+// Path data of a closed polygon, accurate to a tenth of a pixel: points that are within 0.05 pixels of the line between
+// their neighbours are left out, the others have one decimal.
 std::string polygonPath(const PicturePolyline& polygon);
 
 class SvgWriter {

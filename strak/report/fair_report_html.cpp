@@ -1,0 +1,283 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "strak/report/fair_report.h"
+#include "strak/report/page.h"
+#include "strak/report/picture.h"
+#include "strak/report/svg.h"
+#include "strak/report/viewer_data.h"
+
+namespace strak {
+
+namespace {
+
+constexpr const char* kArrow = " \u2192 ";
+constexpr std::size_t kSinglePictures = 6;  // faces that get drawings of their own
+constexpr std::size_t kWorstEdges = 12;
+
+std::string withUnit(double value, const std::string& unit, int digits = 4) {
+  return unit.empty() ? figure(value, digits) : fmt::format("{}\u00A0{}", figure(value, digits), escaped(unit));
+}
+
+// "-12.3 %" in the colour of better (less) or worse.
+std::string change(double before, double after) {
+  if (!(before > 0) || !std::isfinite(before) || !std::isfinite(after)) return "\u2013";
+  const double percent = 100 * (after - before) / before;
+  const int decimals = std::abs(percent) < 0.1 ? 3 : std::abs(percent) < 99 ? 1 : 2;
+  const std::string text = shortNumber(std::abs(percent), decimals);
+  if (text == "0") return "0\u00A0%";
+  return fmt::format("<span class=\"{}\">{}{}\u00A0%</span>", percent < 0 ? "better" : "worse",
+                     percent < 0 ? "\u2212" : "+", text);
+}
+
+std::string number(const std::string& html) { return fmt::format("<td class=\"n\">{}</td>", html); }
+std::string number(double value, int digits = 5) { return number(figure(value, digits)); }
+
+// Three cells: before, after, change.
+std::string beforeAfter(double before, double after) {
+  return number(before) + number(after) + number(change(before, after));
+}
+
+std::string joined(const auto& numbers, const char* separator) {
+  std::string out;
+  for (const auto& n : numbers) out += fmt::format("{}{}", out.empty() ? "" : separator, n);
+  return out.empty() ? "\u2013" : out;
+}
+
+std::string nameCell(const FairedObject& object) {
+  return fmt::format("<td>{}<br><small>{}</small></td>", escaped(object.name), escaped(object.kind));
+}
+
+std::string rowStart(std::size_t index) { return fmt::format("<tr data-object=\"{}\">", index); }
+
+// What became of the file in a few figures.
+std::string tiles(const FairReport& report) {
+  std::size_t faired = 0;
+  BeforeAfter energy, plate;
+  double deviation = 0, moved = 0, gap = 0;
+  for (const FairedObject& object : report.objects) {
+    if (!object.faired()) continue;
+    ++faired;
+    energy.before += object.summary.energyBefore;
+    energy.after += object.summary.energyAfter;
+    plate.before += object.plate.before;
+    plate.after += object.plate.after;
+    deviation = std::max(deviation, object.deviationUpper);
+    moved = std::max(moved, object.controlPointMove);
+    gap = std::max(gap, object.summary.gap);
+  }
+  const std::string& unit = report.unit;
+  std::string out = "<dl class=\"tiles\">\n";
+  const auto tile = [&](std::string_view term, const std::string& value, const std::string& more) {
+    out += fmt::format("<div><dt>{}</dt><dd>{}<small>{}</small></dd></div>\n", term, value, more);
+  };
+  tile("Faired", fmt::format("{} of {}", faired, report.objects.size()),
+       faired == report.objects.size() ? "nothing left alone"
+                                       : fmt::format("{} left alone", report.objects.size() - faired));
+  tile("Energy minimized", change(energy.before, energy.after), figure(energy.before) + kArrow + figure(energy.after));
+  tile("Bending energy", change(plate.before, plate.after), figure(plate.before) + kArrow + figure(plate.after));
+  tile("Moved at most (certified)", withUnit(deviation, unit),
+       std::isfinite(report.tolerance)
+           ? fmt::format("tolerance {} on {}", withUnit(report.tolerance, unit), escaped(report.toleranceKind))
+           : fmt::format("no tolerance set; control points {}", withUnit(moved, unit)));
+  tile("Distance from the optimum", figure(gap, 2), "certified, relative, worst object");
+  if (!report.before.edges.empty() || !report.after.edges.empty())
+    tile("Largest gap at edges", withUnit(report.after.largestGap, unit),
+         "before " + withUnit(report.before.largestGap, unit));
+  tile("Checked", report.after.valid ? "valid" : fmt::format("{} invalid", report.after.invalidFaces),
+       report.before.valid ? "valid before" : fmt::format("{} invalid before", report.before.invalidFaces));
+  tile("Time", fmt::format("{}\u00A0s", figure(report.seconds, 3)), "the whole run");
+  return out + "</dl>\n";
+}
+
+std::string fairnessTable(const FairReport& report) {
+  std::string rows;
+  for (std::size_t i = 0; i < report.objects.size(); ++i) {
+    const FairedObject& o = report.objects[i];
+    if (!o.faired()) continue;
+    rows += rowStart(i) + nameCell(o) +
+            fmt::format("<td>{}</td>", escaped(o.energyName.empty() ? "\u2013" : o.energyName)) +
+            beforeAfter(o.summary.energyBefore, o.summary.energyAfter) + beforeAfter(o.plate.before, o.plate.after);
+    const SurfaceFairness none;
+    const SurfaceFairness& a = o.fairnessBefore ? *o.fairnessBefore : none;
+    const SurfaceFairness& b = o.fairnessAfter ? *o.fairnessAfter : none;
+    rows += beforeAfter(a.curvatureVariation, b.curvatureVariation) +
+            beforeAfter(a.isophoteRoughness, b.isophoteRoughness) + "</tr>\n";
+  }
+  if (rows.empty()) return {};
+  std::string heads;
+  for (int k = 0; k < 4; ++k)
+    heads += "<th class=\"n\">before</th><th class=\"n\">after</th><th class=\"n\">change</th>";
+  return "<h2>Fairness</h2>\n<div class=\"scroll\"><table>\n<thead><tr><th rowspan=\"2\">Object</th><th "
+         "rowspan=\"2\">Energy</th><th colspan=\"3\">Energy minimized</th><th colspan=\"3\">Bending "
+         "\u222B\u00A0k\u2081\u00B2\u2009+\u2009k\u2082\u00B2\u00A0dA</th><th colspan=\"3\">Curvature variation "
+         "(MVS)</th><th colspan=\"3\">Isophote roughness, all lights</th></tr>\n<tr>" +
+         heads + "</tr></thead>\n<tbody>\n" + rows + "</tbody></table></div>\n";
+}
+
+std::string proofTable(const FairReport& report) {
+  std::string rows;
+  for (std::size_t i = 0; i < report.objects.size(); ++i) {
+    const FairedObject& o = report.objects[i];
+    if (!o.faired()) continue;
+    std::string notes;
+    for (const std::string& note : o.notes) notes += fmt::format("{}{}", notes.empty() ? "" : "; ", escaped(note));
+    rows +=
+        rowStart(i) + nameCell(o) +
+        fmt::format("<td>{}</td><td class=\"n\">{}</td>", joined(o.degree, " \u00D7 "), joined(o.points, " \u00D7 ")) +
+        number(fmt::format("{}", o.summary.freePoints)) + number(fmt::format("{}", o.summary.activePoints)) +
+        number(o.deviationLower) + number(o.deviationUpper) + number(o.controlPointMove) + number(o.heldMaxMove, 3) +
+        number(o.summary.gap, 3) + number(fmt::format("{}", o.summary.steps)) +
+        fmt::format("<td>{}</td>", escaped(stopReasonName(o.summary.stopReason))) + number(o.summary.seconds, 3) +
+        fmt::format("<td>{}</td></tr>\n", notes);
+  }
+  if (rows.empty()) return {};
+  const std::string unit = report.unit.empty() ? "" : fmt::format(" ({})", escaped(report.unit));
+  return fmt::format(
+      "<h2>What moved, and how well that is proven</h2>\n<div class=\"scroll\"><table>\n<thead><tr><th "
+      "rowspan=\"2\">Object</th><th rowspan=\"2\">Degree</th><th rowspan=\"2\" class=\"n\">Control net</th><th "
+      "colspan=\"2\">Points</th><th colspan=\"2\">Deviation{0}</th><th colspan=\"2\">Control points moved{0}</th><th "
+      "rowspan=\"2\" class=\"n\">Gap to<br>optimum</th><th rowspan=\"2\" class=\"n\">Steps</th><th "
+      "rowspan=\"2\">Stopped by</th><th rowspan=\"2\" class=\"n\">Seconds</th><th rowspan=\"2\">Notes</th></tr>\n<tr>"
+      "<th class=\"n\">free</th><th class=\"n\">at limit</th><th class=\"n\">reached</th><th class=\"n\">certified</th>"
+      "<th class=\"n\">free</th><th class=\"n\">held</th></tr></thead>\n<tbody>\n{1}</tbody></table></div>\n",
+      unit, rows);
+}
+
+std::string auditTable(const FairReport& report) {
+  const auto row = [](std::string_view name, const std::string& before, const std::string& after) {
+    return fmt::format("<tr><td>{}</td>{}{}</tr>\n", name, number(before), number(after));
+  };
+  const Audit &a = report.before, &b = report.after;
+  std::string out =
+      "<h2>Audit of the whole model</h2>\n<div class=\"scroll single\"><table>\n<thead><tr><th></th><th "
+      "class=\"n\">before</th><th class=\"n\">after</th></tr></thead>\n<tbody>\n";
+  out += row("Passes the kernel\u2019s checker", a.valid ? "yes" : "no", b.valid ? "yes" : "no");
+  out += row("Invalid faces", fmt::format("{}", a.invalidFaces), fmt::format("{}", b.invalidFaces));
+  if (a.edges.empty() && b.edges.empty()) return out + "</tbody></table></div>\n";
+  out += row("Edges measured", fmt::format("{}", a.edges.size()), fmt::format("{}", b.edges.size()));
+  out += row("Largest gap between an edge and its faces", withUnit(a.largestGap, report.unit),
+             withUnit(b.largestGap, report.unit));
+  out += row("Largest tolerance in the file", withUnit(a.largestTolerance, report.unit),
+             withUnit(b.largestTolerance, report.unit));
+  // The edges whose gaps changed, most first.
+  std::vector<std::pair<double, std::size_t>> changed;
+  for (std::size_t i = 0; i < std::min(a.edges.size(), b.edges.size()); ++i)
+    if (a.edges[i].gap != b.edges[i].gap) changed.emplace_back(a.edges[i].gap - b.edges[i].gap, i);
+  std::sort(changed.begin(), changed.end());
+  if (changed.size() > kWorstEdges) changed.resize(kWorstEdges);
+  for (const auto& [difference, i] : changed)
+    out += row(fmt::format("Gap at {}", escaped(b.edges[i].name)), withUnit(a.edges[i].gap, report.unit),
+               withUnit(b.edges[i].gap, report.unit));
+  return out + "</tbody></table></div>\n";
+}
+
+std::string leftAloneTable(const FairReport& report) {
+  std::string rows;
+  for (std::size_t i = 0; i < report.objects.size(); ++i) {
+    const FairedObject& o = report.objects[i];
+    if (o.faired()) continue;
+    rows += rowStart(i) + nameCell(o) +
+            fmt::format("<td>{}</td></tr>\n", escaped(o.leftAlone.empty() ? "not chosen" : o.leftAlone));
+  }
+  if (rows.empty()) return {};
+  return "<h2>Left alone</h2>\n<div class=\"scroll\"><table>\n<thead><tr><th>Object</th><th>Why</th></tr></thead>\n"
+         "<tbody>\n" +
+         rows + "</tbody></table></div>\n";
+}
+
+Object objectOf(const FairedObject& faired, bool after) {
+  Object object;
+  object.name = faired.name;
+  object.trims = faired.trims;
+  object.spline = after && faired.after ? faired.after : faired.before;
+  return object;
+}
+
+// The kind of drawing that shows the fairness of what there is.
+RenderKind tellingKind(const Scene& scene) {
+  if (scene.surfaces.empty()) return RenderKind::combs;
+  return scene.plane ? RenderKind::isolines : RenderKind::isophotes;
+}
+
+// Before and after with the same camera and levels.
+std::string picturePair(const Picture& before, const std::vector<Object>& after, const RenderOptions& options,
+                        const std::string& what) {
+  const auto range = pictureRange(before, options);
+  const Picture second = preparePicture(after, options, &before.camera);
+  return fmt::format("<div class=\"pair\">\n{}{}</div>\n",
+                     htmlFigure(drawPicture(before, options, range), fmt::format("<b>Before</b> \u2013 {}", what)),
+                     htmlFigure(drawPicture(second, options, range), fmt::format("<b>After</b> \u2013 {}", what)));
+}
+
+std::string drawings(const FairReport& report, const std::vector<Object>& before, const std::vector<Object>& after,
+                     const Picture& whole, const RenderOptions& options) {
+  std::string out = "<h2>Drawings</h2>\n" + picturePair(whole, after, options, "the whole part");
+  std::vector<std::pair<double, std::size_t>> faired;
+  for (std::size_t i = 0; i < report.objects.size(); ++i)
+    if (report.objects[i].faired()) faired.emplace_back(-report.objects[i].deviationLower, i);
+  if (report.objects.size() == 1) return out;
+  std::sort(faired.begin(), faired.end());
+  if (faired.size() > kSinglePictures) {
+    faired.resize(kSinglePictures);
+    out +=
+        fmt::format("<p class=\"note\">The {} objects that moved most; the view above shows each of the others.</p>\n",
+                    kSinglePictures);
+  }
+  for (const auto& [move, i] : faired) {
+    const std::vector<Object> one{before[i]};
+    RenderOptions own = options;
+    const Picture picture = preparePicture(one, own);
+    own.kind = tellingKind(picture.scene);
+    out += picturePair(preparePicture(one, own), {after[i]}, own, escaped(report.objects[i].name));
+  }
+  return out;
+}
+
+std::string header(const FairReport& report) {
+  const std::string more =
+      report.size > 0 ? fmt::format(" \u00B7 size {}", withUnit(report.size, report.unit)) : std::string();
+  return fmt::format("<h1>Fairing report</h1>\n<p class=\"sub\">{}{}{}{}</p>\n", escaped(report.inputName), kArrow,
+                     escaped(report.outputName), more);
+}
+
+std::string origin(const FairReport& report) {
+  return fmt::format("<h2>How this was made</h2>\n<pre><code>{}</code></pre>\n<p class=\"note\">strak {}</p>\n",
+                     escaped(report.command), escaped(report.version));
+}
+
+}  // namespace
+
+std::string fairReportHtml(const FairReport& report) {
+  std::vector<Object> before, after;
+  ViewerModel model;
+  model.unit = report.unit;
+  bool drawable = false;
+  for (const FairedObject& object : report.objects) {
+    before.push_back(objectOf(object, false));
+    after.push_back(objectOf(object, true));
+    model.after.push_back(after.back());
+    if (!object.faired()) model.after.back().spline.reset();
+    drawable = drawable || object.before;
+  }
+  std::string body = header(report) + tiles(report), data = "null";
+  if (drawable) {
+    RenderOptions options;
+    options.width = 640;
+    options.height = 520;
+    Picture whole = preparePicture(before, options);
+    options.kind = tellingKind(whole.scene);
+    if (options.kind != RenderKind::isophotes) whole = preparePicture(before, options);
+    model.before = before;
+    model.start = options;
+    data = viewerData(model, whole);
+    body += viewerMarkup();
+    body += drawings(report, before, after, whole, options);
+  }
+  body += fairnessTable(report) + proofTable(report) + leftAloneTable(report) + auditTable(report) + origin(report);
+  return htmlPage(fmt::format("{} \u2013 fairing report", report.inputName), body, data);
+}
+
+}  // namespace strak
