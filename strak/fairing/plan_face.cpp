@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <tuple>
 
@@ -14,10 +13,10 @@
 namespace strak {
 namespace {
 
-constexpr double kSamePoint = 1e-9;     // of the size of the net: points closer than this are one
-constexpr double kOnSide = 1e-5;        // of the domain: a trimming curve this near a natural side runs along it
-constexpr Index kAlwaysAllowed = 4096;  // points that a refined net may have whatever its growth
-constexpr Index kPoleRows = 3;          // rows that keep tangent plane and curvature at a pole
+constexpr double kSamePoint = 1e-9;      // of the size of the net: points closer than this are one
+constexpr double kNoInfluence = 1e-9;    // of a point's move: what an edge that strays from its side may feel of it
+constexpr double kAlwaysAllowed = 4096;  // points that a refined net may have whatever its growth
+constexpr Index kPoleRows = 3;           // rows that keep tangent plane and curvature at a pole
 
 // Borders of one direction: how many rows are held at its two ends and at its creases.
 struct Borders {
@@ -169,15 +168,15 @@ std::string sizeText(const Spline<D>& spline) {
 // The borders of every direction; tells about creases, seams and poles.
 template <int D>
 std::array<Borders, D> findBorders(const Spline<D>& spline, const FairingPlanOptions<D>& options,
-                                   const std::array<bool, 2 * D>& natural, double size,
+                                   const std::array<bool, 2 * D>& bordered, double size,
                                    std::vector<std::string>& notes) {
   std::array<Borders, D> borders;
   for (int k = 0; k < D; ++k) {
     const auto at = static_cast<std::size_t>(2 * k);
     const Index wished = std::max<Index>(1, std::max(options.rows[at], options.rows[at + 1]));
     Borders& b = borders[static_cast<std::size_t>(k)];
-    b.low = natural[at] ? options.rows[at] : 0;
-    b.high = natural[at + 1] ? options.rows[at + 1] : 0;
+    b.low = bordered[at] ? options.rows[at] : 0;
+    b.high = bordered[at + 1] ? options.rows[at + 1] : 0;
     b.crease = wished;
     const char* name = directionName(k);
 
@@ -191,7 +190,7 @@ std::array<Borders, D> findBorders(const Spline<D>& spline, const FairingPlanOpt
           "as a crease: {} row{} on each side are held.",
           creases, creases == 1 ? "" : "s", name, creases == 1 ? "is" : "are", wished, wished == 1 ? "" : "s"));
     }
-    if (natural[at] && natural[at + 1] && isClosed(spline, k, size)) {
+    if (bordered[at] && bordered[at + 1] && isClosed(spline, k, size)) {
       b.low = b.high = wished;
       notes.push_back(fmt::format("Closed in direction {}: {} row{} on each side of the seam are held.", name, wished,
                                   wished == 1 ? "" : "s"));
@@ -206,119 +205,6 @@ std::array<Borders, D> findBorders(const Spline<D>& spline, const FairingPlanOpt
     }
   }
   return borders;
-}
-
-// The least and the largest coordinate k of a border.
-std::pair<double, double> extent(const FaceBorder& border, int k) {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const auto& line : border.trims) {
-    for (const auto& point : line) {
-      low = std::min(low, point[k]);
-      high = std::max(high, point[k]);
-    }
-  }
-  return {low, high};
-}
-
-// A border polyline runs along a natural side: strips take care of it.
-bool alongNaturalSide(const std::vector<Eigen::Vector2d>& line, const Surface& surface, const FaceBorder& border) {
-  for (int k = 0; k < 2; ++k) {
-    const KnotVector& knots = surface.knots(k);
-    for (int end = 0; end < 2; ++end) {
-      if (!border.naturalSide[static_cast<std::size_t>(2 * k + end)]) continue;
-      const double side = end == 0 ? knots.from() : knots.to();
-      if (std::all_of(line.begin(), line.end(), [&](const Eigen::Vector2d& point) {
-            return std::abs(point[k] - side) <= kOnSide * knots.length();
-          })) {
-        return true;
-      }
-    }
-  }
-  return false;
-}
-
-// One entry a cell of the knot grid, v fastest.
-struct Cells {
-  std::vector<Index> uSpans, vSpans;
-  std::vector<std::uint8_t> touched, visible;
-};
-
-// First and last span that the closed interval [low, high] meets (empty: first > last). Spans by their breakpoints.
-Range spansMet(const std::vector<double>& points, double low, double high) {
-  const auto spans = static_cast<Index>(points.size()) - 1;
-  if (high < points.front() || low > points.back()) return {0, -1};
-  const Index first = std::lower_bound(points.begin(), points.end(), low) - points.begin() - 1;
-  const Index last = std::upper_bound(points.begin(), points.end(), high) - points.begin() - 1;
-  return {std::clamp<Index>(first, 0, spans - 1), std::clamp<Index>(last, 0, spans - 1)};
-}
-
-Cells classify(const Surface& surface, const FaceBorder& border) {
-  Cells cells{surface.knots(0).spans(), surface.knots(1).spans(), {}, {}};
-  const std::vector<double> u = breakpoints(surface.knots(0));
-  const std::vector<double> v = breakpoints(surface.knots(1));
-  const std::size_t columns = cells.vSpans.size();
-  cells.touched.assign(cells.uSpans.size() * columns, 0);
-  cells.visible.assign(cells.uSpans.size() * columns, 0);
-  const Eigen::Vector2d slack(1e-9 * surface.knots(0).length(), 1e-9 * surface.knots(1).length());
-
-  std::vector<std::vector<double>> crossings(columns);  // of the border with the middle line of each column of cells
-  for (const auto& line : border.trims) {
-    const bool natural = alongNaturalSide(line, surface, border);
-    for (std::size_t i = 0; i + 1 < line.size(); ++i) {
-      const Eigen::Vector2d& a = line[i];
-      const Eigen::Vector2d& b = line[i + 1];
-      for (std::size_t t = 0; t < columns; ++t) {
-        const double middle = std::midpoint(v[t], v[t + 1]);
-        if ((a.y() <= middle) != (b.y() <= middle)) {
-          crossings[t].push_back(a.x() + (middle - a.y()) / (b.y() - a.y()) * (b.x() - a.x()));
-        }
-      }
-      if (natural) continue;
-      // Between two samples the curve leaves its chord by about an eighth of the second difference; take half of it.
-      Eigen::Vector2d margin = slack;
-      if (i > 0) margin += 0.5 * (line[i - 1] - 2 * a + b).cwiseAbs();
-      if (i + 2 < line.size()) margin += 0.5 * (a - 2 * b + line[i + 2]).cwiseAbs();
-      const Eigen::Vector2d low = a.cwiseMin(b) - margin;
-      const Eigen::Vector2d high = a.cwiseMax(b) + margin;
-      const Range s = spansMet(u, low.x(), high.x());
-      const Range t = spansMet(v, low.y(), high.y());
-      for (Index row = s.first; row <= s.last; ++row) {
-        for (Index column = t.first; column <= t.last; ++column) {
-          cells.touched[static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column)] = 1;
-        }
-      }
-    }
-  }
-  for (std::size_t t = 0; t < columns; ++t) {
-    std::sort(crossings[t].begin(), crossings[t].end());
-    for (std::size_t s = 0; s < cells.uSpans.size(); ++s) {
-      const double middle = std::midpoint(u[s], u[s + 1]);
-      const auto before = std::lower_bound(crossings[t].begin(), crossings[t].end(), middle) - crossings[t].begin();
-      cells.visible[s * columns + t] = before % 2 == 1;
-    }
-  }
-  return cells;
-}
-
-// Points with influence on a touched cell, and points without influence on the visible part.
-HeldPoints holdTrimmed(const Surface& surface, const FaceBorder& border) {
-  if (border.trims.empty()) return {};
-  const Cells cells = classify(surface, border);
-  const auto points = static_cast<std::size_t>(surface.net().rows());
-  HeldPoints touched(points, 0), seen(points, 0);
-  for (std::size_t s = 0; s < cells.uSpans.size(); ++s) {
-    for (std::size_t t = 0; t < cells.vSpans.size(); ++t) {
-      const std::size_t cell = s * cells.vSpans.size() + t;
-      if (!cells.touched[cell] && !cells.visible[cell]) continue;
-      for (Index i = cells.uSpans[s] - surface.degree(0); i <= cells.uSpans[s]; ++i) {
-        for (Index j = cells.vSpans[t] - surface.degree(1); j <= cells.vSpans[t]; ++j) {
-          (cells.touched[cell] ? touched : seen)[static_cast<std::size_t>(surface.row({i, j}))] = 1;
-        }
-      }
-    }
-  }
-  for (std::size_t r = 0; r < points; ++r) touched[r] = touched[r] || !seen[r];
-  return touched;
 }
 
 template <int D>
@@ -339,6 +225,22 @@ HeldPoints holdBorders(const Spline<D>& spline, const std::array<Borders, D>& bo
   return held;
 }
 
+// More rows where the edges stray from their side, until a free row moves them by next to nothing: the row `rows`
+// from the side weighs about (p over rows) (stray / span)^rows there.
+Index rowsAgainstStray(const KnotVector& knots, bool low, Index rows, double stray) {
+  const std::vector<Index> spans = knots.spans();
+  const Index span = low ? spans.front() : spans.back();
+  const double reach = stray / (knots[span + 1] - knots[span]);
+  const int p = knots.degree();
+  const auto weight = [&](Index r) {
+    double value = 1;
+    for (Index i = 0; i < r; ++i) value *= reach * static_cast<double>(p - i) / static_cast<double>(i + 1);
+    return value;
+  };
+  while (rows > 0 && rows <= p && weight(rows) > kNoInfluence) ++rows;
+  return rows;
+}
+
 // The fewest rows with a free point over all directions.
 template <int D>
 Index freeRows(const Spline<D>& spline, const HeldPoints& held) {
@@ -357,14 +259,7 @@ Index freeRows(const Spline<D>& spline, const HeldPoints& held) {
   return fewest;
 }
 
-// Whether a net may grow to the given number of points.
-template <int D>
-bool mayGrow(const Spline<D>& original, const FairingPlanOptions<D>& options, double points) {
-  return points <=
-         std::max(options.maxGrowth * static_cast<double>(original.net().rows()), static_cast<double>(kAlwaysAllowed));
-}
-
-// The spline with more knots in each direction, if the net may grow that far.
+// Inserts the knots if the net may grow that far.
 template <int D>
 bool refineBy(Spline<D>& spline, const std::array<std::vector<double>, D>& added, const Spline<D>& original,
               const FairingPlanOptions<D>& options) {
@@ -372,7 +267,7 @@ bool refineBy(Spline<D>& spline, const std::array<std::vector<double>, D>& added
   for (int k = 0; k < D; ++k) {
     points *= static_cast<double>(spline.size(k)) + static_cast<double>(added[static_cast<std::size_t>(k)].size());
   }
-  if (!mayGrow(original, options, points)) return false;
+  if (points > std::max(options.maxGrowth * static_cast<double>(original.net().rows()), kAlwaysAllowed)) return false;
   for (int k = 0; k < D; ++k) {
     const auto& knots = added[static_cast<std::size_t>(k)];
     if (!knots.empty()) spline = insertKnots(spline, k, knots);
@@ -406,40 +301,60 @@ FairingPlan<D> plan(const Spline<D>& spline, const FairingPlanOptions<D>& option
     return plan;
   }
 
-  std::array<bool, 2 * D> natural;
-  natural.fill(true);
+  std::array<bool, 2 * D> bordered;
+  bordered.fill(true);
+  SideEdges edges;
   if constexpr (D == 2) {
-    if (border) natural = border->naturalSide;
+    if (border) {
+      edges = edgesAlongSides(spline, *border);
+      bordered = edges.bordered;
+    }
   }
-  const std::array<Borders, D> borders = findBorders(spline, options, natural, size, plan.notes);
-  const auto hold = [&](const Spline<D>& s) {
-    HeldPoints held = holdBorders<D>(s, borders, options.energyOrder);
+  const std::array<Borders, D> wished = findBorders(spline, options, bordered, size, plan.notes);
+  const auto bordersOf = [&](const Spline<D>& s) {
+    std::array<Borders, D> borders = wished;
     if constexpr (D == 2) {
-      if (border) held = holdBoth(held, holdTrimmed(s, *border));
+      for (std::size_t k = 0; k < 2; ++k) {
+        const KnotVector& knots = s.knots(static_cast<int>(k));
+        borders[k].low = rowsAgainstStray(knots, true, borders[k].low, edges.stray[2 * k]);
+        borders[k].high = rowsAgainstStray(knots, false, borders[k].high, edges.stray[2 * k + 1]);
+      }
+    }
+    return borders;
+  };
+  const auto hold = [&](const Spline<D>& s) {
+    HeldPoints held = holdBorders<D>(s, bordersOf(s), options.energyOrder);
+    if constexpr (D == 2) {
+      if (border) held = holdBoth(held, holdTrimmed(s, *border, edges.along));
     }
     return held;
   };
-
-  bool room = true;  // to grow
-  if (options.refine) {
+  // Knots for the strips and creases first; where trimming curves leave too little, all spans of the face are halved.
+  const auto knotsToInsert = [&](const Spline<D>& s, const HeldPoints& held) {
     std::array<std::vector<double>, D> added;
+    const std::array<Borders, D> borders = bordersOf(s);
+    bool any = false;
     for (int k = 0; k < D; ++k) {
       const auto at = static_cast<std::size_t>(k);
-      added[at] = knotsForRoom(spline.knots(k), borders[at], options.energyOrder, options.minFree);
+      added[at] = knotsForRoom(s.knots(k), borders[at], options.energyOrder, options.minFree);
+      any = any || !added[at].empty();
     }
-    room = refineBy<D>(plan.spline, added, spline, options);
-  }
-  plan.held = hold(plan.spline);
-  while (options.refine && room && freeRows(plan.spline, plan.held) < options.minFree) {
-    std::array<std::vector<double>, D> added;
+    if (any || freeRows(s, held) >= options.minFree) return added;
     for (int k = 0; k < D; ++k) {
-      const KnotVector& knots = plan.spline.knots(k);
-      double from = knots.from(), to = knots.to();
-      if (border && !border->trims.empty()) std::tie(from, to) = extent(*border, k);
-      added[static_cast<std::size_t>(k)] = midSpans(knots, from, to);
+      double from = s.knots(k).from(), to = s.knots(k).to();
+      if (border && !border->trims.empty()) std::tie(from, to) = borderExtent(*border, k);
+      added[static_cast<std::size_t>(k)] = midSpans(s.knots(k), from, to);
     }
-    room = refineBy<D>(plan.spline, added, spline, options);
-    if (room) plan.held = hold(plan.spline);
+    return added;
+  };
+
+  plan.held = hold(plan.spline);
+  bool mayGrow = options.refine;
+  while (mayGrow) {
+    const auto added = knotsToInsert(plan.spline, plan.held);
+    if (std::all_of(added.begin(), added.end(), [](const auto& knots) { return knots.empty(); })) break;
+    mayGrow = refineBy<D>(plan.spline, added, spline, options);
+    if (mayGrow) plan.held = hold(plan.spline);
   }
 
   plan.freePoints = countFree(plan.held);
@@ -456,7 +371,7 @@ FairingPlan<D> plan(const Spline<D>& spline, const FairingPlanOptions<D>& option
                                           "its points: hold fewer rows",
                                           options.maxGrowth)
                                     : "no control point is free and no knots may be inserted: hold fewer rows";
-  } else if (!room) {
+  } else if (options.refine && !mayGrow) {
     plan.notes.push_back(fmt::format("Only {} points are free: the net may not grow further.", plan.freePoints));
   }
   return plan;

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "strak/fairing/held_points.h"
+#include "strak/fairing/trimmed_face.h"
 
 namespace strak {
 
@@ -45,15 +45,6 @@ struct FairingPlan {
 using FacePlan = FairingPlan<2>;
 using PlanOptions = FairingPlanOptions<2>;
 
-// The border of a face in the parameter plane of its surface, as strak::Object has it.
-struct FaceBorder {
-  // Every edge of the face as a dense polyline, those along the sides of the domain included; empty for a whole
-  // surface.
-  std::vector<std::vector<Eigen::Vector2d>> trims;
-  // Sides (u low, u high, v low, v high) that are wholly edges of the face: strips suffice there.
-  std::array<bool, 4> naturalSide{true, true, true, true};
-};
-
 // Plans the fairing of a whole curve, surface or volume. Held are: strips at the sides; as many rows on each side of
 // every crease, an inner knot whose multiplicity exceeds degree - energyOrder + 1, across which the energy sees
 // nothing; the rows at a seam (first row = last row in space) and at a pole (a row shrunk to one point). Throws
@@ -61,10 +52,10 @@ struct FaceBorder {
 template <int D>
 FairingPlan<D> planFairing(const Spline<D>& spline, const FairingPlanOptions<D>& options = {});
 
-// The same for a face. Held are in addition all control points with influence on a cell of the knot grid that is
-// touched by a trimming curve off the natural sides (the curve's image and all derivatives there stay to the bit), and
-// those without influence on the visible part. Where the cells are too coarse for that all spans are halved,
-// repeatedly.
+// The same for a face. Strips are held at the sides that edges of the face run along, with more rows where an edge
+// strays from its side; held are in addition all control points with influence on a cell of the knot grid that another
+// edge touches (its image and all derivatives there stay to the bit), and those without influence on the visible part.
+// Where the cells are too coarse for that all spans are halved, repeatedly.
 FacePlan planFace(const Surface& surface, const FaceBorder& border, const PlanOptions& options = {});
 
 }  // namespace strak

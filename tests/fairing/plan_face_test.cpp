@@ -224,20 +224,31 @@ TEST(PlanFace, ATriangularFaceOfOnePolynomialPieceIsRefinedUntilThereIsRoom) {
   for (double u : {0.0, 1.0}) EXPECT_EQ(evaluate<2>(moved, {u, 1.0}), evaluate<2>(plan.spline, {u, 1.0}));
 }
 
-TEST(PlanFace, ASideThatIsOnlyPartlyAnEdgeIsTreatedAsATrim) {
+TEST(PlanFace, SidesThatAreEdgesInPartKeepStrips) {
   const Surface surface = patch(uniform(3, 13), uniform(3, 13));
-  // The face ends at u = 0.72, so that only three sides, two of them in part, are edges.
+  // The face ends at u = 0.72: two of its sides are edges in part, and the side u high is none.
   FaceBorder border{
       {segment({0, 0}, {.72, 0}), segment({.72, 0}, {.72, 1}), segment({.72, 1}, {0, 1}), segment({0, 1}, {0, 0})},
       {true, false, false, false}};
   const FacePlan plan = planFace(surface, border);
   for (Index i = 0; i < 13; ++i) {
     for (Index j = 0; j < 13; ++j) {
-      // Spans of length 0.1: 0.72 lies in span 7 (rows 7..10); v low and high touch the first and last span (4
-      // columns).
-      EXPECT_EQ(isHeld(plan, i, j), i < 3 || i >= 7 || j < 4 || j >= 9) << i << ' ' << j;
+      // Spans of length 0.1: 0.72 lies in span 7 (rows 7..10); those above it are cut away.
+      EXPECT_EQ(isHeld(plan, i, j), i < 3 || i >= 7 || j < 3 || j >= 10) << i << ' ' << j;
     }
   }
+}
+
+TEST(PlanFace, EdgesThatStrayFromTheirSideGetMoreRows) {
+  const Surface surface = patch(uniform(5, 15), uniform(3, 13));
+  FaceBorder border{unitSquare(), {true, true, true, true}};
+  for (auto& point : border.trims[3]) point.x() = 8e-5;  // of the side u = 0, 8e-4 of its span
+  PlanOptions options;
+  options.rows = {1, 1, 1, 1};
+  const FacePlan plan = planFace(surface, border, options);
+  for (Index i = 0; i < 15; ++i) EXPECT_EQ(isHeld(plan, i, 6), i < 4 || i == 14) << i;
+  const Surface moved = moveFree(plan, 0.05);
+  EXPECT_LT((evaluate<2>(surface, {8e-5, 0.4}) - evaluate<2>(moved, {8e-5, 0.4})).norm(), 1e-9 * 0.05);
 }
 
 TEST(PlanFace, SaysWhyNothingCanBeDone) {

@@ -1,0 +1,352 @@
+#include <BRepBndLib.hxx>
+#include <BRepBuilderAPI_MakeEdge.hxx>
+#include <BRepBuilderAPI_MakeFace.hxx>
+#include <BRep_Builder.hxx>
+#include <BRep_Tool.hxx>
+#include <Bnd_Box.hxx>
+#include <Geom_OffsetSurface.hxx>
+#include <Message.hxx>
+#include <Message_Messenger.hxx>
+#include <Precision.hxx>
+#include <Standard_Failure.hxx>
+#include <TCollection_AsciiString.hxx>
+#include <TDF_LabelSequence.hxx>
+#include <TDataStd_Name.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopTools_MapOfShape.hxx>
+#include <TopoDS.hxx>
+#include <XCAFDoc_DocumentTool.hxx>
+#include <XCAFDoc_ShapeTool.hxx>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "strak/base/error.h"
+#include "strak/exchange/audit_occ.h"
+#include "strak/exchange/cad.h"
+#include "strak/exchange/cad_file_occ.h"
+#include "strak/exchange/cad_geometry_occ.h"
+#include "strak/exchange/face_border_occ.h"
+#include "strak/exchange/replaceable.h"
+#include "strak/exchange/shared_geometry_occ.h"
+#include "strak/spline/evaluate.h"
+
+namespace strak::cad {
+namespace {
+
+constexpr double kHeldEnd = 1e-9;  // of the curve's size: the ends of a free edge must stay this near
+
+// The names that the file gives to its faces and edges. Those Open CASCADE makes up are left out.
+std::map<const TopoDS_TShape*, std::string> namesOf(const CadFile& file) {
+  std::map<const TopoDS_TShape*, std::string> names;
+  const auto note = [&](const TDF_Label& label) {
+    Handle(TDataStd_Name) name;
+    const TopoDS_Shape shape = XCAFDoc_ShapeTool::GetShape(label);
+    if (shape.IsNull() || !label.FindAttribute(TDataStd_Name::GetID(), name)) return;
+    std::string text = TCollection_AsciiString(name->Get()).ToCString();
+    if (!text.empty() && text != "FACE" && text != "EDGE" && text != "WIRE") names[shape.TShape().get()] = text;
+  };
+  const Handle(XCAFDoc_ShapeTool) tool = XCAFDoc_DocumentTool::ShapeTool(file.document->Main());
+  TDF_LabelSequence labels;
+  tool->GetShapes(labels);
+  for (const TDF_Label& label : labels) {
+    note(label);
+    TDF_LabelSequence parts;
+    XCAFDoc_ShapeTool::GetSubShapes(label, parts);
+    for (const TDF_Label& part : parts) note(part);
+  }
+  return names;
+}
+
+std::string why(const std::string& kind) { return fmt::format("a {} is not a B-spline", kind); }
+
+// An opened CAD file: its faces, and if it has none its curves.
+class CadModel : public Model {
+ public:
+  explicit CadModel(CadFile file) : file_(std::move(file)), names_(namesOf(file_)) {
+    addFaces();
+    addFreeEdges(objects_.empty());
+    for (const auto& [key, shared] : surfaces_) note(shared.objects);
+    for (const auto& [key, shared] : curves_) note(shared.objects);
+    if (objects_.empty()) throw InvalidInput("there is no face and no curve in it");
+    original_.reserve(objects_.size());
+    for (const Object& object : objects_) original_.push_back(object.spline);
+  }
+
+  const std::vector<Object>& objects() const override { return objects_; }
+  std::string format() const override { return fileKindName(file_.kind); }
+  std::string unit() const override { return file_.kind == FileKind::brep ? "" : file_.unit.name; }
+
+  double size() const override {
+    Bnd_Box box;
+    BRepBndLib::Add(file_.shape, box, false);
+    if (box.IsVoid() || box.IsOpen()) return 0;
+    box.SetGap(0);
+    return std::sqrt(box.SquareExtent()) / file_.unit.millimetres;
+  }
+
+  void replace(Index index, const AnySpline& spline) override {
+    requireIndex(index, objects_);
+    const auto at = static_cast<std::size_t>(index);
+    requireReplaceable(objects_[at], original_[at], spline);
+    try {
+      if (const auto* surface = std::get_if<Surface>(&spline)) {
+        SharedSurface& shared = surfaces_.at(keys_[at]);
+        shared.put(*surface);
+        for (Index i : shared.objects) objects_[static_cast<std::size_t>(i)].spline = spline;
+      } else {
+        requireHeldEnds(objects_[at].name, std::get<Curve>(*original_[at]), std::get<Curve>(spline));
+        SharedCurve& shared = curves_.at(keys_[at]);
+        shared.put(std::get<Curve>(spline));
+        for (Index i : shared.objects) objects_[static_cast<std::size_t>(i)].spline = spline;
+      }
+    } catch (const Standard_Failure& failure) {
+      throw Failure(fmt::format("{} cannot be changed: Open CASCADE gives up ({})", objects_[at].name,
+                                failure.GetMessageString()));
+    }
+  }
+
+  Audit audit() const override { return auditShape(file_.shape, file_.unit.millimetres); }
+
+  void write(const std::filesystem::path& path) const override {
+    const FileKind kind = fileKindOfEnding(path);
+    if (kind == FileKind::step || kind == FileKind::iges || kind == FileKind::brep) {
+      return writeCadFile(file_, path, kind);
+    }
+    std::vector<PlainObject> plain;
+    for (std::size_t i = 0; i < objects_.size(); ++i) {
+      if (!objects_[i].spline) continue;
+      plain.push_back({objects_[i].name, placed(*objects_[i].spline, places_[i], file_.unit.millimetres), "", ""});
+    }
+    writePlain(path, plain, unit());
+  }
+
+ private:
+  static void requireHeldEnds(const std::string& name, const Curve& had, const Curve& has) {
+    const KnotVector& knots = had.knots(0);
+    const double size = (had.net().colwise().maxCoeff() - had.net().colwise().minCoeff()).stableNorm();
+    for (double end : {knots.from(), knots.to()}) {
+      if ((evaluate<1>(had, {end}) - evaluate<1>(has, {end})).stableNorm() > kHeldEnd * size) {
+        throw InvalidInput(fmt::format("{}: its ends must stay where they are, hold at least one row", name));
+      }
+    }
+  }
+
+  std::string nameOf(const TopoDS_Shape& shape, const char* word, int number) const {
+    const auto own = names_.find(shape.TShape().get());
+    return own == names_.end() ? fmt::format("{} {}", word, number) : own->second;
+  }
+
+  // One unit of our coordinates in Open CASCADE's, before the placement (which may scale) is applied.
+  double unitLength(const gp_Trsf& placement) const {
+    return file_.unit.millimetres / std::abs(placement.ScaleFactor());
+  }
+
+  void add(Object object, const gp_Trsf& placement, const Standard_Transient* key) {
+    objects_.push_back(std::move(object));
+    places_.push_back(placement);
+    keys_.push_back(key);
+  }
+
+  void addFaces() {
+    const std::vector<TopoDS_Shape> faces = partsOf(file_.shape, TopAbs_FACE);
+    std::set<const Standard_Transient*> carriesOffset;
+    for (const TopoDS_Shape& shape : faces) {
+      TopLoc_Location place;
+      const Handle(Geom_Surface) surface = BRep_Tool::Surface(TopoDS::Face(shape), place);
+      if (surface.IsNull()) continue;
+      if (const auto* offset = dynamic_cast<const Geom_OffsetSurface*>(untrimmed(surface).get())) {
+        carriesOffset.insert(untrimmed(offset->BasisSurface()).get());
+      }
+    }
+    for (const TopoDS_Shape& shape : faces) {
+      const TopoDS_Face& face = TopoDS::Face(shape);
+      TopLoc_Location place;
+      const Handle(Geom_Surface) raw = BRep_Tool::Surface(face, place);
+      Object object;
+      object.name = nameOf(face, "face", static_cast<int>(objects_.size()) + 1);
+      if (raw.IsNull()) {
+        object.kind = "mesh";
+        object.leftAlone = why(object.kind);
+        add(std::move(object), place.Transformation(), nullptr);
+        continue;
+      }
+      const Handle(Geom_Surface) live = untrimmed(raw);
+      object.kind = kindOf(live);
+      describeSurface(object, face, live, place.Transformation());
+      if (object.leftAlone.empty() && carriesOffset.count(live.get()) != 0) {
+        object.leftAlone = "an offset surface of the file hangs on it";
+      }
+      if (object.leftAlone.empty()) {
+        SharedSurface& shared = surfaces_[live.get()];
+        if (shared.live.IsNull()) {
+          shared.live = live;
+          shared.original = copyAsSpline(live);
+          shared.unitLength = unitLength(place.Transformation());
+        }
+        shared.faces.push_back(face);
+        shared.objects.push_back(static_cast<Index>(objects_.size()));
+      }
+      add(std::move(object), place.Transformation(), live.get());
+    }
+  }
+
+  void describeSurface(Object& object, const TopoDS_Face& face, const Handle(Geom_Surface) & live,
+                       const gp_Trsf& placement) const {
+    const Handle(Geom_BSplineSurface) spline = copyAsSpline(live);
+    if (spline.IsNull()) {
+      object.leftAlone = why(object.kind);
+      return;
+    }
+    try {
+      object.spline = toSpline(*spline, unitLength(placement));
+      Border border = borderOf(face, std::get<Surface>(*object.spline));
+      object.trims = std::move(border.trims);
+      object.naturalSide = border.naturalSide;
+      object.leftAlone = border.missing;
+    } catch (const InvalidInput& error) {
+      object.spline.reset();
+      object.leftAlone = error.what();
+      return;
+    }
+    if (std::get<Surface>(*object.spline).isRational()) object.leftAlone = "it is rational";
+    if (spline->IsUPeriodic() || spline->IsVPeriodic()) object.leftAlone = "it is periodic";
+  }
+
+  void addFreeEdges(bool only) {
+    TopTools_MapOfShape seen;
+    int number = 0;
+    for (TopExp_Explorer all(file_.shape, TopAbs_EDGE, TopAbs_FACE); all.More(); all.Next()) {
+      const TopoDS_Shape& shape = all.Current();
+      if (!seen.Add(shape)) continue;
+      const TopoDS_Edge& edge = TopoDS::Edge(shape);
+      TopLoc_Location place;
+      double from = 0, to = 0;
+      const Handle(Geom_Curve) raw = BRep_Tool::Curve(edge, place, from, to);
+      if (raw.IsNull()) continue;
+      const Handle(Geom_Curve) live = untrimmed(raw);
+      Object object;
+      object.name = nameOf(edge, "curve", ++number);
+      object.kind = kindOf(live);
+      object.naturalSide = {true, true, false, false};
+      describeCurve(object, live, from, to, place.Transformation());
+      if (object.leftAlone.empty() && !only) object.leftAlone = "a curve beside the faces of its file stays";
+      if (object.leftAlone.empty()) {
+        SharedCurve& shared = curves_[live.get()];
+        if (shared.live.IsNull()) {
+          shared.live = live;
+          shared.original = copyAsSpline(live);
+          shared.unitLength = unitLength(place.Transformation());
+        }
+        shared.edges.push_back(edge);
+        shared.objects.push_back(static_cast<Index>(objects_.size()));
+      }
+      add(std::move(object), place.Transformation(), live.get());
+    }
+  }
+
+  void describeCurve(Object& object, const Handle(Geom_Curve) & live, double from, double to,
+                     const gp_Trsf& placement) const {
+    const Handle(Geom_BSplineCurve) spline = copyAsSpline(live);
+    if (spline.IsNull()) {
+      object.leftAlone = why(object.kind);
+      return;
+    }
+    try {
+      object.spline = toSpline(*spline, unitLength(placement));
+    } catch (const InvalidInput& error) {
+      object.leftAlone = error.what();
+      return;
+    }
+    const KnotVector& knots = std::get<Curve>(*object.spline).knots(0);
+    const double slack = Precision::PConfusion();
+    if (from > knots.from() + slack || to < knots.to() - slack)
+      object.leftAlone = "its edge is a part of a longer curve";
+    if (spline->IsRational()) object.leftAlone = "it is rational";
+    if (spline->IsPeriodic()) object.leftAlone = "it is periodic";
+  }
+
+  // Tells each of these objects about the others.
+  void note(const std::vector<Index>& group) {
+    for (Index i : group) {
+      std::vector<Index> others = group;
+      others.erase(std::remove(others.begin(), others.end(), i), others.end());
+      objects_[static_cast<std::size_t>(i)].sharedWith = std::move(others);
+    }
+  }
+
+  CadFile file_;
+  std::map<const TopoDS_TShape*, std::string> names_;
+  std::vector<Object> objects_;
+  std::vector<std::optional<AnySpline>> original_;  // as read
+  std::vector<gp_Trsf> places_;                     // where the assembly puts each object
+  std::vector<const Standard_Transient*> keys_;     // into the two maps
+  std::map<const Standard_Transient*, SharedSurface> surfaces_;
+  std::map<const Standard_Transient*, SharedCurve> curves_;
+};
+
+TopoDS_Shape shapeOf(const AnySpline& spline, double unitLength) {
+  if (const auto* surface = std::get_if<Surface>(&spline)) {
+    return BRepBuilderAPI_MakeFace(fromSpline(*surface, unitLength), Precision::Confusion());
+  }
+  if (const auto* curve = std::get_if<Curve>(&spline)) return BRepBuilderAPI_MakeEdge(fromSpline(*curve, unitLength));
+  throw InvalidInput("CAD files hold curves and surfaces, no volumes: write .g2 or .json");
+}
+
+std::unique_ptr<Model> readCadModel(const std::filesystem::path& path, FileKind kind) {
+  try {
+    return std::make_unique<CadModel>(readCadFile(path, kind));
+  } catch (const Standard_Failure& failure) {
+    throw InvalidInput(
+        fmt::format("'{}' cannot be read: Open CASCADE gives up ({})", path.string(), failure.GetMessageString()));
+  }
+}
+
+void writeCadSplines(const std::filesystem::path& path, FileKind kind, const std::vector<PlainObject>& objects,
+                     const std::string& unit) {
+  CadFile file;
+  file.kind = kind;
+  file.unit = unitNamed(unit);
+  try {
+    {
+      const std::lock_guard lock(readerMutex());
+      file.document = newDocument();
+    }
+    BRep_Builder builder;
+    builder.MakeCompound(file.shape);
+    const Handle(XCAFDoc_ShapeTool) tool = XCAFDoc_DocumentTool::ShapeTool(file.document->Main());
+    for (const PlainObject& object : objects) {
+      if (!object.spline) continue;
+      const TopoDS_Shape shape = shapeOf(*object.spline, file.unit.millimetres);
+      builder.Add(file.shape, shape);
+      const TDF_Label label = tool->AddShape(shape, false);
+      if (!object.name.empty()) {
+        TDataStd_Name::Set(label, TCollection_ExtendedString(object.name.c_str(), true));
+      }
+    }
+  } catch (const Standard_Failure& failure) {
+    throw InvalidInput(
+        fmt::format("'{}': Open CASCADE cannot hold these splines ({})", path.string(), failure.GetMessageString()));
+  }
+  writeCadFile(file, path, kind);
+}
+
+}  // namespace
+}  // namespace strak::cad
+
+namespace strak {
+
+void enableCad() {
+  static const bool once = [] {
+    Message::DefaultMessenger()->ChangePrinters().Clear();  // the kernel's chatter is not for our users
+    setCadFormats({cad::readCadModel, cad::writeCadSplines});
+    return true;
+  }();
+  static_cast<void>(once);
+}
+
+}  // namespace strak

@@ -1,0 +1,183 @@
+#include <BRepTools.hxx>
+#include <BRep_Builder.hxx>
+#include <IGESCAFControl_Reader.hxx>
+#include <IGESData_IGESEntity.hxx>
+#include <IGESData_IGESModel.hxx>
+#include <Interface_Static.hxx>
+#include <STEPCAFControl_Reader.hxx>
+#include <Standard_Failure.hxx>
+#include <TColStd_SequenceOfAsciiString.hxx>
+#include <TDF_LabelSequence.hxx>
+#include <TopExp.hxx>
+#include <TopTools_IndexedMapOfShape.hxx>
+#include <TopoDS_Iterator.hxx>
+#include <XCAFApp_Application.hxx>
+#include <XCAFDoc_DocumentTool.hxx>
+#include <XCAFDoc_ShapeTool.hxx>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <fstream>
+#include <utility>
+
+#include "strak/base/error.h"
+#include "strak/base/file.h"
+#include "strak/exchange/cad_file_occ.h"
+
+namespace strak::cad {
+namespace {
+
+struct KnownUnit {
+  int flag;
+  double millimetres;
+  const char* name;
+  std::array<const char*, 4> otherNames;
+};
+
+constexpr std::array<KnownUnit, 10> kUnits{{{1, 25.4, "inch", {"in", "inches", "", ""}},
+                                            {2, 1, "mm", {"millimetre", "millimeter", "", ""}},
+                                            {4, 304.8, "ft", {"foot", "feet", "", ""}},
+                                            {5, 1609344, "mi", {"mile", "miles", "", ""}},
+                                            {6, 1000, "m", {"metre", "meter", "", ""}},
+                                            {7, 1e6, "km", {"kilometre", "kilometer", "", ""}},
+                                            {8, 0.0254, "mil", {"milliinch", "thousandth inch", "mils", ""}},
+                                            {9, 1e-3, "um", {"micrometre", "micrometer", "micron", "microns"}},
+                                            {10, 10, "cm", {"centimetre", "centimeter", "", ""}},
+                                            {11, 2.54e-5, "uin", {"microinch", "", "", ""}}}};
+
+LengthUnit toUnit(const KnownUnit& known) { return {known.name, known.flag, known.millimetres}; }
+
+[[noreturn]] void broken(const std::filesystem::path& path, FileKind kind, const std::string& why) {
+  throw InvalidInput(fmt::format("'{}' cannot be read as {}: {}", path.string(), fileKindName(kind), why));
+}
+
+// Which of the writer's schemas is nearest to the one in the file's header.
+std::string schemaOf(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string head(20000, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  std::transform(head.begin(), head.end(), head.begin(), [](unsigned char c) { return std::toupper(c); });
+  const std::size_t at = head.find("FILE_SCHEMA");
+  const std::string schema = at == head.npos ? "" : head.substr(at, head.find(';', at) - at);
+  if (schema.find("CONFIG_CONTROL_DESIGN") != schema.npos) return "AP203";
+  if (schema.find("AP242") != schema.npos) return "AP242DIS";
+  return "AP214IS";
+}
+
+void readStep(const std::filesystem::path& path, CadFile& file) {
+  STEPCAFControl_Reader reader;
+  Interface_Static::SetIVal("read.stepcaf.subshapes.name", 1);
+  if (reader.ReadFile(path.c_str()) != IFSelect_RetDone) broken(path, file.kind, "it is cut off or no STEP file");
+  TColStd_SequenceOfAsciiString lengths, angles, solidAngles;
+  reader.ChangeReader().FileUnits(lengths, angles, solidAngles);
+  file.unit = unitNamed(lengths.IsEmpty() ? "mm" : lengths.First().ToCString());
+  file.stepSchema = schemaOf(path);
+  if (!reader.Transfer(file.document)) broken(path, file.kind, "it holds no shape");
+}
+
+void readIges(const std::filesystem::path& path, CadFile& file) {
+  IGESCAFControl_Reader reader;
+  // Splines are taken as they are: the reader's default would cut or approximate those that are only C0.
+  Interface_Static::SetIVal("read.iges.bspline.continuity", 0);
+  if (reader.ReadFile(path.c_str()) != IFSelect_RetDone) broken(path, file.kind, "it is cut off or no IGES file");
+  const Handle(IGESData_IGESModel) model = reader.IGESModel();
+  file.unit = unitOfFlag(model->GlobalSection().UnitFlag());
+  if (model->GlobalSection().UnitFlag() == 3 && !model->GlobalSection().UnitName().IsNull()) {
+    file.unit = unitNamed(model->GlobalSection().UnitName()->ToCString());
+  }
+  for (int i = 1; i <= model->NbEntities(); ++i) {
+    const int type = model->Entity(i)->TypeNumber();
+    if (type == 186 || type == 514) file.igesSolids = true;
+  }
+  if (!reader.Transfer(file.document)) broken(path, file.kind, "it holds no shape");
+}
+
+void readBrep(const std::filesystem::path& path, CadFile& file) {
+  TopoDS_Shape shape;
+  if (!BRepTools::Read(shape, path.c_str(), BRep_Builder()) || shape.IsNull()) {
+    broken(path, file.kind, "it is cut off or no BREP file");
+  }
+  file.unit = {};
+  XCAFDoc_DocumentTool::ShapeTool(file.document->Main())->AddShape(shape, false);
+}
+
+}  // namespace
+
+std::mutex& readerMutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+LengthUnit unitOfFlag(int flag) {
+  const auto known = std::find_if(kUnits.begin(), kUnits.end(), [&](const KnownUnit& u) { return u.flag == flag; });
+  return toUnit(known == kUnits.end() ? kUnits[1] : *known);
+}
+
+LengthUnit unitNamed(const std::string& name) {
+  std::string lower = name;
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  const auto known = std::find_if(kUnits.begin(), kUnits.end(), [&](const KnownUnit& unit) {
+    const auto& others = unit.otherNames;
+    return lower == unit.name || (!lower.empty() && std::find(others.begin(), others.end(), lower) != others.end());
+  });
+  return toUnit(known == kUnits.end() ? kUnits[1] : *known);
+}
+
+CadFile::~CadFile() {
+  if (document.IsNull()) return;
+  const std::lock_guard lock(readerMutex());
+  XCAFApp_Application::GetApplication()->Close(document);
+}
+
+std::vector<TopoDS_Shape> partsOf(const TopoDS_Shape& shape, TopAbs_ShapeEnum type) {
+  TopTools_IndexedMapOfShape map;
+  TopExp::MapShapes(shape, type, map);
+  std::vector<TopoDS_Shape> parts;
+  for (int i = 1; i <= map.Extent(); ++i) parts.push_back(map(i));
+  return parts;
+}
+
+Handle(TDocStd_Document) newDocument() {
+  Handle(TDocStd_Document) document;
+  XCAFApp_Application::GetApplication()->NewDocument("BinXCAF", document);
+  return document;
+}
+
+CadFile readCadFile(const std::filesystem::path& path, FileKind kind) {
+  CadFile file;
+  file.kind = kind;
+  const std::lock_guard lock(readerMutex());
+  file.document = newDocument();
+  try {
+    switch (kind) {
+      case FileKind::step:
+        readStep(path, file);
+        break;
+      case FileKind::iges:
+        readIges(path, file);
+        break;
+      default:
+        readBrep(path, file);
+        break;
+    }
+  } catch (const Standard_Failure& failure) {
+    const char* message = failure.GetMessageString();
+    broken(path, kind, fmt::format("Open CASCADE gives up ({})", message && *message ? message : "no reason given"));
+  }
+  BRep_Builder builder;
+  builder.MakeCompound(file.shape);
+  TDF_LabelSequence labels;
+  XCAFDoc_DocumentTool::ShapeTool(file.document->Main())->GetFreeShapes(labels);
+  for (const TDF_Label& label : labels) {
+    const TopoDS_Shape shape = XCAFDoc_ShapeTool::GetShape(label);
+    if (!shape.IsNull()) builder.Add(file.shape, shape);
+  }
+  if (!TopoDS_Iterator(file.shape).More()) broken(path, kind, "it holds no shape");
+  return file;
+}
+
+}  // namespace strak::cad
