@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "strak/base/error.h"
 #include "strak/spline/basis.h"
 #include "strak/spline/evaluate.h"
@@ -10,8 +12,9 @@ namespace strak {
 
 namespace {
 
-constexpr int kPointsPerSpan = 4;  // along a parameter line
-constexpr int kLinePlaces = 16;    // lines per crossing direction; even, so that none lies in the middle
+constexpr double kLengthRounding = 1e-13;  // of the largest coordinate: shorter is no length
+constexpr int kPointsPerSpan = 4;          // along a parameter line
+constexpr int kLinePlaces = 16;            // lines per crossing direction; even, so that none lies in the middle
 
 // Parameters and weights (with sum 1) of a Gauss rule on every span of `knots`.
 struct Places {
@@ -79,12 +82,17 @@ std::array<KnotVector, D> scaledKnots(const Spline<D>& spline, ParameterScale sc
   std::array<KnotVector, D> knots = spline.knots();
   if (scale == ParameterScale::domain) return knots;
   if (scale == ParameterScale::lengths && spline.pointDimension() == 1) return knots;
-  for (int k = 0; k < D; ++k) {
-    double length = scale == ParameterScale::lengths ? meanLength(spline, k) : 1;
-    if (length == 0) length = 1;
-    auto& direction = knots[static_cast<std::size_t>(k)];
-    direction = direction.rescaled(0, length);
+  std::array<double, static_cast<std::size_t>(D)> lengths;
+  lengths.fill(1);
+  if (scale == ParameterScale::lengths) {
+    for (int k = 0; k < D; ++k) lengths[static_cast<std::size_t>(k)] = meanLength(spline, k);
+    const double longest = *std::max_element(lengths.begin(), lengths.end());
+    const double rounding = kLengthRounding * spline.euclideanNet().cwiseAbs().maxCoeff();
+    for (double& length : lengths) {
+      if (length <= rounding) length = longest > rounding ? longest : 1;
+    }
   }
+  for (std::size_t k = 0; k < D; ++k) knots[k] = knots[k].rescaled(0, lengths[k]);
   return knots;
 }
 

@@ -21,9 +21,10 @@ ParameterScale parameterScaleNamed(std::string_view name);
 // The knot vectors of `spline` with their domains rescaled to [0, length]; `domain` leaves them alone.
 // `lengths` takes the mean over the domain of the lengths of that direction's parameter lines: Gauss quadrature with 4
 // points a span along the lines, at 16 Gauss places per crossing direction. The places move with the knots, so an
-// affine change of the knots changes the result by rounding only. A direction of zero length keeps length 1. Points
-// with a single coordinate are values of a function, whose knots are lengths already: `lengths` leaves them alone too.
-// Cost O(16^(D - 1) n) evaluations of first derivatives per direction.
+// affine change of the knots changes the result by rounding only. A direction of no length (to rounding) gets the
+// length of the longest other one, or 1 if there is none. Points with a single coordinate are values of a function,
+// whose knots are lengths already: `lengths` leaves them alone too. Cost O(16^(D - 1) n) evaluations of first
+// derivatives per direction.
 template <int D>
 std::array<KnotVector, D> scaledKnots(const Spline<D>& spline, ParameterScale scale);
 
