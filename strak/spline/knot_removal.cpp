@@ -41,13 +41,9 @@ KnotVector withoutKnots(const KnotVector& knots, std::vector<double> removed, co
 class Approximation {
  public:
   Approximation(const KnotVector& coarse, const KnotVector& fine) : refinement_(refinementMatrix(coarse, fine)) {
-    const int ends = coarse.degree() + 1;
-    first_ = coarse.multiplicity(coarse.from()) == ends && coarse[0] == coarse.from() ? 1 : 0;
-    const Index last =
-        coarse.size() - (coarse.multiplicity(coarse.to()) == ends && coarse[coarse.size()] == coarse.to() &&
-                                 coarse.knots().back() == coarse.to()
-                             ? 1
-                             : 0);
+    const bool points = coarse.degree() > 0;  // pieces of degree 0 have no end points to hold
+    first_ = points && coarse.knots().front() == coarse.from() ? 1 : 0;
+    const Index last = coarse.size() - (points && coarse.knots().back() == coarse.to() ? 1 : 0);
     free_ = last - first_;
     if (free_ > 0) {
       const Sparse inner = refinement_.middleCols(first_, free_);
@@ -61,7 +57,7 @@ class Approximation {
   const Sparse& refinement() const { return refinement_; }
 
   // `old`: a row a point of the line, the columns are independent.
-  Net solve(const Eigen::Ref<const Net>& old) const {
+  Net solve(const Eigen::Map<const Net>& old) const {
     Net result = Net::Zero(refinement_.cols(), old.cols());
     if (first_ == 1) result.row(0) = old.row(0);
     if (first_ + free_ < result.rows()) result.bottomRows(1) = old.bottomRows(1);

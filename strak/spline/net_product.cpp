@@ -7,8 +7,8 @@
 namespace strak {
 
 template <int D>
-Net multiplyAlong(const Eigen::SparseMatrix<double>& matrix, const Eigen::Ref<const Net>& net,
-                  const typename Spline<D>::Sizes& sizes, int direction) {
+Net multiplyAlong(const Eigen::SparseMatrix<double>& matrix, const Net& net, const typename Spline<D>::Sizes& sizes,
+                  int direction) {
   Index count = 1;
   for (const Index size : sizes) count *= size;
   if (matrix.cols() != sizes[static_cast<std::size_t>(direction)] || net.rows() != count) {
@@ -22,15 +22,13 @@ Net multiplyAlong(const Eigen::SparseMatrix<double>& matrix, const Eigen::Ref<co
 }
 
 template <int D>
-Net sliceAlong(const Eigen::Ref<const Net>& net, const typename Spline<D>::Sizes& sizes, int direction, Index first,
-               Index count) {
+Net sliceAlong(const Net& net, const typename Spline<D>::Sizes& sizes, int direction, Index first, Index count) {
   return mapLines<D>(net, sizes, direction, count, [&](const auto& lines) { return lines.middleRows(first, count); });
 }
 
-#define STRAK_INSTANTIATE(D)                                                                      \
-  template Net multiplyAlong<D>(const Eigen::SparseMatrix<double>&, const Eigen::Ref<const Net>&, \
-                                const Spline<D>::Sizes&, int);                                    \
-  template Net sliceAlong<D>(const Eigen::Ref<const Net>&, const Spline<D>::Sizes&, int, Index, Index);
+#define STRAK_INSTANTIATE(D)                                                                                   \
+  template Net multiplyAlong<D>(const Eigen::SparseMatrix<double>&, const Net&, const Spline<D>::Sizes&, int); \
+  template Net sliceAlong<D>(const Net&, const Spline<D>::Sizes&, int, Index, Index);
 STRAK_INSTANTIATE(1)
 STRAK_INSTANTIATE(2)
 STRAK_INSTANTIATE(3)

@@ -11,20 +11,19 @@ namespace strak {
 // Replaces every bundle of lines of control points in `direction`. `map` gets matrices of sizes[direction] rows, whose
 // columns are the coordinates of all neighbouring lines, and returns matrices of `newSize` rows with the same columns.
 template <int D, class Map>
-Net mapLines(const Eigen::Ref<const Net>& net, const typename Spline<D>::Sizes& sizes, int direction, Index newSize,
-             const Map& map) {
+Net mapLines(const Net& net, const typename Spline<D>::Sizes& sizes, int direction, Index newSize, const Map& map) {
   // The net is row-major: what lies behind a direction is contiguous, and so is one bundle as a row-major matrix.
   Index outer = 1;
-  Index inner = net.cols();
+  Index behind = 1;
   for (int k = 0; k < D; ++k) {
     if (k < direction) outer *= sizes[static_cast<std::size_t>(k)];
-    if (k > direction) inner *= sizes[static_cast<std::size_t>(k)];
+    if (k > direction) behind *= sizes[static_cast<std::size_t>(k)];
   }
   const Index size = sizes[static_cast<std::size_t>(direction)];
-  const Net copy = net;  // a reference may have gaps between its rows
-  Net result(outer * newSize * inner / net.cols(), net.cols());
+  const Index inner = behind * net.cols();
+  Net result(outer * newSize * behind, net.cols());
   for (Index o = 0; o < outer; ++o) {
-    const Eigen::Map<const Net> lines(copy.data() + o * size * inner, size, inner);
+    const Eigen::Map<const Net> lines(net.data() + o * size * inner, size, inner);
     Eigen::Map<Net>(result.data() + o * newSize * inner, newSize, inner) = map(lines);
   }
   return result;
@@ -34,12 +33,11 @@ Net mapLines(const Eigen::Ref<const Net>& net, const typename Spline<D>::Sizes& 
 // sizes[direction] points, is replaced by matrix * line. The result has matrix.rows() points there.
 // Throws InvalidInput if the sizes do not fit. Cost: the matrix's non-zeros times the points of the other directions.
 template <int D>
-Net multiplyAlong(const Eigen::SparseMatrix<double>& matrix, const Eigen::Ref<const Net>& net,
-                  const typename Spline<D>::Sizes& sizes, int direction);
+Net multiplyAlong(const Eigen::SparseMatrix<double>& matrix, const Net& net, const typename Spline<D>::Sizes& sizes,
+                  int direction);
 
 // The part of the net with indices first .. first + count - 1 in `direction`, which must lie inside it.
 template <int D>
-Net sliceAlong(const Eigen::Ref<const Net>& net, const typename Spline<D>::Sizes& sizes, int direction, Index first,
-               Index count);
+Net sliceAlong(const Net& net, const typename Spline<D>::Sizes& sizes, int direction, Index first, Index count);
 
 }  // namespace strak
