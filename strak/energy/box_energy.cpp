@@ -1,5 +1,6 @@
 #include "strak/energy/box_energy.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace strak {
@@ -67,7 +68,9 @@ BoxEnergy<D>::BoxEnergy(const EnergyOperator<D>& op, const IndexBox& box) {
   }
   for (std::size_t k = 0; k < D; ++k) {
     const bool hasPure = pure[k].size > 0;
-    matrices_.push_back(hasPure ? pure[k] : factors[k].back().matrix->block(0, box.count[k]));
+    const auto highest = std::max_element(factors[k].begin(), factors[k].end(),
+                                          [](const Factor& a, const Factor& b) { return a.order < b.order; });
+    matrices_.push_back(hasPure ? pure[k] : *highest->matrix);
     stiffness_.push_back(&matrices_.back());
     if (!hasPure || !squares) continue;
     KroneckerProduct product = mass_;

@@ -20,7 +20,7 @@ template <int D>
 class BoxEnergy {
  public:
   // Cross terms are turned into squares by partial integration wherever that is exact on the box, that is where its
-  // functions vanish to sufficient order at the ends (the Laplacian and (16) with 2 and 3 clamped rows held).
+  // functions vanish to sufficient order at the ends (the Laplacian with 1, (16) with 2 clamped rows held).
   BoxEnergy(const EnergyOperator<D>& op, const IndexBox& box);
   BoxEnergy(const BoxEnergy&) = delete;
   BoxEnergy& operator=(const BoxEnergy&) = delete;

@@ -45,7 +45,11 @@ EnergyOperator<D>::EnergyOperator(const QuadraticEnergy<D>& energy, const std::a
   };
   const auto add = [&](double coefficient, const std::array<int, D>& a, const std::array<int, D>& b) {
     KroneckerTerm<D> term{coefficient, {}};
-    for (std::size_t k = 0; k < D; ++k) term.factor[k] = factorOf(k, a[k], b[k]);
+    for (std::size_t k = 0; k < D; ++k) {
+      term.factor[k] = factorOf(k, a[k], b[k]);
+      // The square that partial integration may turn it into (BoxEnergy).
+      if (a[k] != b[k] && (a[k] + b[k]) % 2 == 0) factorOf(k, (a[k] + b[k]) / 2, (a[k] + b[k]) / 2);
+    }
     const auto same =
         std::find_if(terms_.begin(), terms_.end(), [&](const auto& t) { return t.factor == term.factor; });
     if (same != terms_.end()) {

@@ -29,7 +29,8 @@ class EnergyOperator {
   // Throws InvalidInput if a term's derivative order is negative or above 3 in a direction.
   EnergyOperator(const QuadraticEnergy<D>& energy, const std::array<KnotVector, D>& knots);
 
-  // The different 1D Gram matrices of direction k, and the sum of products that makes K (symmetric as a whole).
+  // The different 1D Gram matrices of direction k (the mass matrix first), and the sum of products that makes K
+  // (symmetric as a whole).
   const std::vector<BandMatrix>& factors(int direction) const { return factors_[static_cast<std::size_t>(direction)]; }
   // Which derivatives they integrate: factors(k)[i] = integral N^(first) N^(second).
   const std::vector<std::pair<int, int>>& factorOrders(int direction) const {
