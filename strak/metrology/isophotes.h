@@ -19,9 +19,9 @@ namespace strak {
 // A polyline on a surface. Every vertex lies on its level to about 1e-12 of the field's range.
 struct SurfaceLine {
   double level = 0;
-  std::vector<Eigen::Vector2d> parameters;  // (u, v)
-  std::vector<Eigen::Vector3d> points;      // X(u, v)
-  bool closed = false;                      // then the last vertex repeats the first
+  std::vector<Eigen::Vector2d> parameters{};  // (u, v)
+  std::vector<Eigen::Vector3d> points{};      // X(u, v)
+  bool closed = false;                        // then the last vertex repeats the first
 };
 
 // A function of a point of the surface and the unit normal there.
@@ -45,7 +45,7 @@ struct LineOptions {
   // Vertices are inserted until chords are this close to the line, relative to the size of the surface.
   double flatness = 1e-4;
   // Only the parts where it is true (trimmed faces); empty: everywhere. Called from many threads.
-  std::function<bool(double u, double v)> inside;
+  std::function<bool(double u, double v)> inside{};
 };
 
 // The lines field = level for each of the levels, in the order of the levels. Lines run through knot lines where the
@@ -63,8 +63,8 @@ std::vector<double> evenLevels(const Surface& surface, const SurfaceField& field
 
 struct IsophoteOptions : LineOptions {
   Eigen::Vector3d light{0, 0, 1};
-  int lines = 20;              // number of levels, spread evenly over the range of n.L on the surface ...
-  std::vector<double> levels;  // ... unless they are given here
+  int lines = 20;                // number of levels, spread evenly over the range of n.L on the surface ...
+  std::vector<double> levels{};  // ... unless they are given here
 };
 
 // The isophotes of a surface: levelLines of isophoteField.
