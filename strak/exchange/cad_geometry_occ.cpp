@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "strak/base/error.h"
 
 namespace strak::cad {
@@ -113,23 +115,26 @@ struct VDirection {
   }
 };
 
-// Makes the knots of one direction those of `target`. The shape between may be anything: all poles are set afterwards.
+// Makes the knots of one direction inside the domain those of `target`. The shape between may be anything: all poles
+// are set afterwards.
 template <typename Direction>
 void assignKnots(const Direction& live, const KnotVector& target) {
-  const Knots wanted = split(target);
-  for (int i = live.count() - 1; i > 1; --i) {
-    const auto at = std::find(wanted.values.begin(), wanted.values.end(), live.knot(i));
-    const int keep =
-        at == wanted.values.end() ? 0 : wanted.multiplicities[static_cast<std::size_t>(at - wanted.values.begin())];
+  const std::vector<KnotVector::InnerKnot> wanted = target.innerKnots();
+  for (int i = live.count(); i >= 1; --i) {
+    if (live.knot(i) <= target.from() || live.knot(i) >= target.to()) continue;
+    const auto at =
+        std::find_if(wanted.begin(), wanted.end(), [&](const auto& knot) { return knot.value == live.knot(i); });
+    const int keep = at == wanted.end() ? 0 : at->multiplicity;
     if (live.multiplicity(i) > keep && !live.remove(i, keep)) throw Failure("Open CASCADE does not take a knot out");
   }
-  // Only inner knots can be new; what is there already is left alone by the insertion.
-  Knots inner;
-  for (std::size_t i = 1; i + 1 < wanted.values.size(); ++i) {
-    inner.values.push_back(wanted.values[i]);
-    inner.multiplicities.push_back(wanted.multiplicities[i]);
+  if (wanted.empty()) return;
+  TColStd_Array1OfReal values(1, static_cast<int>(wanted.size()));
+  TColStd_Array1OfInteger multiplicities(1, values.Upper());
+  for (int i = 1; i <= values.Upper(); ++i) {
+    values(i) = wanted[static_cast<std::size_t>(i - 1)].value;
+    multiplicities(i) = wanted[static_cast<std::size_t>(i - 1)].multiplicity;
   }
-  if (!inner.values.empty()) live.insert(array(inner.values), array(inner.multiplicities));
+  live.insert(values, multiplicities);  // leaves those alone that are there already
 }
 
 void requireSameKnots(const KnotVector& has, const KnotVector& wanted, int direction) {

@@ -58,6 +58,18 @@ void layUnder(const TopoDS_Face& located, const Handle(Geom_Surface) & next) {
   builder.UpdateFace(face, next, place, BRep_Tool::Tolerance(face));
 }
 
+// A change that fails half-way is taken back.
+template <typename Geometry, typename Spline>
+void assignOrRestore(Geometry& live, const Geometry& original, const Spline& target, double unitLength) {
+  const Spline before = toSpline(live, unitLength);
+  try {
+    assign(live, original, target, unitLength);
+  } catch (...) {
+    assign(live, original, before, unitLength);
+    throw;
+  }
+}
+
 template <typename Shape>
 void dropMeshes(const std::vector<Shape>& shapes) {
   for (const Shape& shape : shapes) BRepTools::Clean(shape);  // drawn from the old shape
@@ -72,7 +84,7 @@ void SharedSurface::put(const Surface& target) {
     for (const TopoDS_Face& face : faces) layUnder(face, spline);
     live = spline;
   }
-  assign(*spline, *original, target, unitLength);
+  assignOrRestore(*spline, *original, target, unitLength);
   dropMeshes(faces);
 }
 
@@ -90,7 +102,7 @@ void SharedCurve::put(const Curve& target) {
     }
     live = spline;
   }
-  assign(*spline, *original, target, unitLength);
+  assignOrRestore(*spline, *original, target, unitLength);
   dropMeshes(edges);
 }
 
