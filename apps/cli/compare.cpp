@@ -12,6 +12,7 @@
 #include "strak/exchange/model.h"
 #include "strak/metrology/deviation.h"
 #include "strak/metrology/hausdorff.h"
+#include "strak/spline/reparametrize.h"
 
 namespace strak::cli {
 
@@ -20,6 +21,7 @@ namespace {
 struct CompareArguments {
   std::string first, second;
   bool json = false;
+  std::string commandLine;
 };
 
 // What is known about two objects; empty fields do not apply.
@@ -44,6 +46,13 @@ bool sameDomain(const Spline<D>& a, const Spline<D>& b) {
 }
 
 template <int D>
+void certify(const Spline<D>& a, const Spline<D>& b, Difference& difference) {
+  const auto deviation = certifyDeviation(a, b);
+  difference.lower = deviation.lower;
+  difference.certified = deviation.upper;
+}
+
+template <int D>
 Difference differenceOf(const Spline<D>& a, const Spline<D>& b) {
   Difference difference;
   difference.identical = a == b;
@@ -55,12 +64,13 @@ Difference differenceOf(const Spline<D>& a, const Spline<D>& b) {
     difference.controlPoints = (a.euclideanNet() - b.euclideanNet()).rowwise().norm().maxCoeff();
   }
   if (sameDomain(a, b)) {
-    const auto deviation = certifyDeviation(a, b);
-    difference.lower = deviation.lower;
-    difference.certified = deviation.upper;
+    certify(a, b, difference);
   } else {
-    difference.note = "different domains";
-    difference.hausdorff = hausdorffDistance(a, b).distance;
+    Spline<D> mapped = b;
+    for (int k = 0; k < D; ++k) mapped = withDomain(mapped, k, a.knots(k).from(), a.knots(k).to());
+    certify(a, mapped, difference);
+    difference.note = "different domains: certified for parameters in proportion";
+    if constexpr (D == 2) difference.hausdorff = hausdorffDistance(a, b).distance;
   }
   return difference;
 }
@@ -116,7 +126,7 @@ void compare(const CompareArguments& arguments) {
     const Difference difference = differenceOf(a[i], b[i]);
     objects.push_back(objectJson(i + 1, a[i], b[i], difference));
     identical += difference.identical ? 1 : 0;
-    largest = std::max({largest, difference.certified.value_or(0), difference.hausdorff.value_or(0)});
+    largest = std::max(largest, difference.hausdorff.value_or(difference.certified.value_or(0)));
     if (difference.identical) continue;
     const auto cell = [](const std::optional<double>& figure) { return figure ? number(*figure) : std::string("-"); };
     table.add({std::to_string(i + 1), a[i].name, a[i].kind, cell(difference.controlPoints), cell(difference.certified),
@@ -125,7 +135,7 @@ void compare(const CompareArguments& arguments) {
   const Audit before = first->audit();
   const Audit after = second->audit();
   if (arguments.json) {
-    Json json = jsonHead("compare", {arguments.first, arguments.second});
+    Json json = jsonHead(arguments.commandLine, {arguments.first, arguments.second});
     json["object_counts"] = {a.size(), b.size()};
     json["units"] = {first->unit(), second->unit()};
     json["identical"] = identical == a.size() && a.size() == b.size();
@@ -147,8 +157,9 @@ void compare(const CompareArguments& arguments) {
 
 }  // namespace
 
-void addCompare(CLI::App& program) {
+void addCompare(CLI::App& program, const std::string& commandLine) {
   auto arguments = std::make_shared<CompareArguments>();
+  arguments->commandLine = commandLine;
   CLI::App* command = program.add_subcommand("compare", "How far two files are from each other, object by object");
   command->add_option("A", arguments->first, "STEP, IGES, BREP, .g2 or JSON file")->required();
   command->add_option("B", arguments->second, "The file to compare with")->required();

@@ -21,6 +21,7 @@ namespace {
 struct ConvertArguments {
   std::string input, output, elevate;
   bool toBezier = false, json = false;
+  std::string commandLine;
 };
 
 template <int D>
@@ -89,7 +90,7 @@ void convert(const ConvertArguments& arguments) {
     fmt::print("wrote {} ({} objects)\n", arguments.output, model->objects().size());
     return;
   }
-  Json json = jsonHead("convert", {arguments.input});
+  Json json = jsonHead(arguments.commandLine, {arguments.input});
   json["output"] = arguments.output;
   json["from"] = format;
   json["to"] = fileKindName(fileKindOfEnding(arguments.output));
@@ -112,8 +113,9 @@ void convert(const ConvertArguments& arguments) {
 
 }  // namespace
 
-void addConvert(CLI::App& program) {
+void addConvert(CLI::App& program, const std::string& commandLine) {
   auto arguments = std::make_shared<ConvertArguments>();
+  arguments->commandLine = commandLine;
   CLI::App* command = program.add_subcommand("convert", "Write a file in another format or form");
   command->add_option("IN", arguments->input, "STEP, IGES, BREP, .g2 or JSON file")->required();
   command->add_option("-o,--output", arguments->output, "File to write; its ending says the format")->required();

@@ -21,6 +21,7 @@ namespace {
 struct InfoArguments {
   std::string input;
   bool fairness = false, json = false;
+  std::string commandLine;
 };
 
 // What there is to say about one object.
@@ -174,7 +175,7 @@ void info(const InfoArguments& arguments) {
     printTable(*model, facts, arguments.fairness);
     return;
   }
-  Json json = jsonHead("info", {arguments.input});
+  Json json = jsonHead(arguments.commandLine, {arguments.input});
   json["format"] = model->format();
   json["unit"] = model->unit();
   json["size"] = model->size();
@@ -188,8 +189,9 @@ void info(const InfoArguments& arguments) {
 
 }  // namespace
 
-void addInfo(CLI::App& program) {
+void addInfo(CLI::App& program, const std::string& commandLine) {
   auto arguments = std::make_shared<InfoArguments>();
+  arguments->commandLine = commandLine;
   CLI::App* command = program.add_subcommand("info", "What is inside a file, and what of it can be faired");
   command->add_option("FILE", arguments->input, "STEP, IGES, BREP, .g2 or JSON file")->required();
   command->add_flag("--fairness", arguments->fairness,

@@ -12,7 +12,7 @@ namespace strak::cli {
 
 using Json = nlohmann::ordered_json;
 
-// The start of every command's JSON: version, command, inputs.
+// The start of every command's JSON: version, command (the whole line), inputs.
 Json jsonHead(const std::string& command, const std::vector<std::string>& inputs);
 
 Json jsonOf(const Audit& audit);

@@ -52,11 +52,12 @@ int run(int argc, char** argv) {
   program.footer(
       "Example:\n  strak fair hood.step -o fair.step --tolerance 0.5 --report fair.html\n"
       "Each command explains itself: strak fair --help");
-  strak::cli::addInfo(program);
-  strak::cli::addFair(program, commandLineOf(argc, argv));
-  strak::cli::addCompare(program);
-  strak::cli::addConvert(program);
-  strak::cli::addRender(program);
+  const std::string commandLine = commandLineOf(argc, argv);
+  strak::cli::addInfo(program, commandLine);
+  strak::cli::addFair(program, commandLine);
+  strak::cli::addCompare(program, commandLine);
+  strak::cli::addConvert(program, commandLine);
+  strak::cli::addRender(program, commandLine);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

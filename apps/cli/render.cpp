@@ -19,6 +19,7 @@ namespace {
 struct RenderArguments {
   std::string input, output, kind = "isophotes", view, light, lines = "24", size = "900x700", faces, reference;
   bool hidden = false, json = false;
+  std::string commandLine;
 };
 
 enum class PageKind { svg, html };
@@ -72,7 +73,7 @@ void render(const RenderArguments& arguments) {
     fmt::print("wrote {} ({})\n", arguments.output, renderKindName(options.kind));
     return;
   }
-  Json json = jsonHead("render", {arguments.input});
+  Json json = jsonHead(arguments.commandLine, {arguments.input});
   json["output"] = arguments.output;
   json["kind"] = renderKindName(options.kind);
   json["bytes"] = text.size();
@@ -86,8 +87,9 @@ void render(const RenderArguments& arguments) {
 
 }  // namespace
 
-void addRender(CLI::App& program) {
+void addRender(CLI::App& program, const std::string& commandLine) {
   auto arguments = std::make_shared<RenderArguments>();
+  arguments->commandLine = commandLine;
   CLI::App* command = program.add_subcommand("render", "Draw isophotes, zebra, combs, isolines or curvature");
   command->add_option("IN", arguments->input, "STEP, IGES, BREP, .g2 or JSON file")->required();
   command->add_option("-o,--output", arguments->output, "OUT.svg (lines, hidden ones removed) or OUT.html (to turn)")

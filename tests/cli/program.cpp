@@ -11,6 +11,7 @@
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <stdexcept>
 
 extern char** environ;
 
@@ -75,7 +76,7 @@ pid_t Program::start(const std::vector<std::string>& arguments) const {
   pid_t process = -1;
   const int error = ::posix_spawn(&process, STRAK_PROGRAM, &actions, nullptr, pointers.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
-  EXPECT_EQ(error, 0) << STRAK_PROGRAM;
+  if (error != 0) throw std::runtime_error(std::string("cannot start ") + STRAK_PROGRAM);
   return process;
 }
 
