@@ -27,18 +27,22 @@ Colour mapColour(double t) {
 
 std::string hexColour(const Colour& c) { return fmt::format("#{:02x}{:02x}{:02x}", c[0], c[1], c[2]); }
 
-std::pair<double, double> quantiles(std::vector<double> values, double low, double high) {
+std::pair<double, double> quantiles(std::vector<Weighted> values, double low, double high) {
+  std::sort(values.begin(), values.end(), [](const Weighted& a, const Weighted& b) { return a.value < b.value; });
+  double whole = 0;
+  for (const Weighted& v : values) whole += v.weight;
   const auto at = [&](double fraction) {
-    const auto place = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), place, values.end());
-    return *place;
+    double sum = 0;
+    for (const Weighted& v : values) {
+      sum += v.weight;
+      if (sum >= fraction * whole && sum > 0) return v.value;
+    }
+    return 0.0;
   };
-  const double least = at(low);
-  return {least, at(high)};
+  return {at(low), at(high)};
 }
 
-std::pair<double, double> mapRange(std::vector<double> values) {
-  if (values.empty()) return {-1, 1};
+std::pair<double, double> mapRange(std::vector<Weighted> values) {
   auto [low, high] = quantiles(std::move(values), 0.01, 0.99);
   const double largest = std::max(std::abs(low), std::abs(high));
   if (largest == 0) return {-1, 1};

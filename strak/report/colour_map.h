@@ -18,12 +18,17 @@ const std::vector<Colour>& colourAnchors();
 Colour mapColour(double t);
 std::string hexColour(const Colour& colour);  // "#rrggbb"
 
+// A number that counts as much as the area (or length) it stands for.
+struct Weighted {
+  double value = 0, weight = 1;
+};
+
+// The values below which the given fractions of the weight lie, e.g. 0.01 and 0.99. Zero and zero without weight.
+std::pair<double, double> quantiles(std::vector<Weighted> values, double low, double high);
+
 // The range of a colour map for the values: without the lowest and highest percent, around zero as its middle if there
 // are values of both signs, never empty.
-std::pair<double, double> mapRange(std::vector<double> values);
-
-// The values at the given fractions of the sorted list (0: least, 1: largest). The list must not be empty.
-std::pair<double, double> quantiles(std::vector<double> values, double low, double high);
+std::pair<double, double> mapRange(std::vector<Weighted> values);
 
 // About `count` round numbers inside the range, ascending.
 std::vector<double> roundTicks(std::pair<double, double> range, int count);

@@ -49,8 +49,8 @@ struct RenderOptions {
 Eigen::AlignedBox3d frameOf(const std::vector<Object>& objects);
 
 // The range of what is shown: brightness of the visible parts, curvatures, distances, or for combs zero to the largest
-// curvature. The outermost percent of the values is left out. Give the same range to two drawings to compare them.
-// Throws like renderSvg.
+// curvature. The outermost 1 to 3 percent of the visible area are left out. Give the same range to two drawings to
+// compare them. Throws like renderSvg.
 std::pair<double, double> rangeOf(const std::vector<Object>& objects, const RenderOptions& options);
 
 // The drawing. Throws InvalidInput if nothing can be drawn, an option is out of range, a direction is zero, or

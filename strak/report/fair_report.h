@@ -57,7 +57,7 @@ struct FairReport {
 
 // A self-contained HTML page: figures, tables, before and after as drawings (SVG) and, with WebGL, to turn, light and
 // measure. Needs no network and runs no code but its own; all names are escaped. The same report gives the same bytes.
-// Size: up to about 8 MB for any number of objects (large models are sampled more coarsely).
+// Size: 2 to about 12 MB, whatever the number of objects (large models are sampled more coarsely).
 std::string fairReportHtml(const FairReport& report);
 
 // One JSON object: version, command, inputs, output, unit, size, tolerance, tolerance_kind, objects, audit, seconds.

@@ -113,8 +113,8 @@ std::vector<Comb> surfaceCombs(const SceneSurface& scene, int count, int density
   return combs;
 }
 
-Comb curveComb(const SceneCurve& scene, int density) {
-  const CurvatureComb comb = curvatureComb(scene.curve, samplesPerSpan(scene.curve.knots(0), density, 4, 64));
+Comb curveComb(const SceneCurve& scene) {
+  const CurvatureComb comb = curvatureComb(scene.curve, samplesPerSpan(scene.curve.knots(0), 480, 4, 64));
   Comb out;
   for (std::size_t i = 0; i < comb.points.size(); ++i) {
     out.base.push_back(comb.points[i]);
@@ -123,11 +123,16 @@ Comb curveComb(const SceneCurve& scene, int density) {
   return out;
 }
 
+int teethPerLine(const Scene& scene, int count, Index teeth) {
+  const Index lines = 2 * count * static_cast<Index>(scene.surfaces.size());
+  return static_cast<int>(std::clamp<Index>(teeth / std::max<Index>(lines, 1), 12, 480));
+}
+
 double largestCurvature(const std::vector<Comb>& combs) {
-  std::vector<double> lengths;
+  std::vector<Weighted> lengths;
   for (const Comb& comb : combs)
-    for (const Eigen::Vector3d& direction : comb.direction) lengths.push_back(direction.norm());
-  return lengths.empty() ? 0 : quantiles(std::move(lengths), 0, 0.995).second;
+    for (const Eigen::Vector3d& direction : comb.direction) lengths.push_back({direction.norm(), 1});
+  return quantiles(std::move(lengths), 0, 0.995).second;
 }
 
 }  // namespace strak

@@ -25,8 +25,11 @@ struct Comb {
 
 // Combs along `count` evenly spaced parameter lines per direction (cut at the trims), and of a curve. `density` is the
 // wished number of teeth a line; every span has at least two.
-std::vector<Comb> surfaceCombs(const SceneSurface& surface, int count, int density = 240);
-Comb curveComb(const SceneCurve& curve, int density = 240);
+std::vector<Comb> surfaceCombs(const SceneSurface& surface, int count, int density);
+Comb curveComb(const SceneCurve& curve);
+
+// The density for about `teeth` teeth on all surfaces together.
+int teethPerLine(const Scene& scene, int count, Index teeth);
 
 // The length of the longest tooth of all, without the longest half percent.
 double largestCurvature(const std::vector<Comb>& combs);

@@ -69,7 +69,8 @@ std::vector<std::vector<double>> allValues(const Picture& picture, const RenderO
 std::vector<Comb> allCombs(const Picture& picture, int lines) {
   std::vector<Comb> combs;
   for (const SceneSurface& surface : picture.scene.surfaces)
-    for (Comb& comb : surfaceCombs(surface, lines)) combs.push_back(std::move(comb));
+    for (Comb& comb : surfaceCombs(surface, lines, teethPerLine(picture.scene, lines, 30'000)))
+      combs.push_back(std::move(comb));
   for (const SceneCurve& curve : picture.scene.curves) combs.push_back(curveComb(curve));
   return combs;
 }
@@ -117,7 +118,7 @@ class Painter {
 
   void drawBands() {
     const bool zebra = options_.kind == RenderKind::zebra;
-    const int lines = lineCount(options_);
+    const int lines = lineCount(options_, picture_.scene);
     std::vector<double> levels;
     std::vector<std::string> colours;
     if (zebra) {
@@ -158,11 +159,11 @@ class Painter {
     const double flatness = 0.05 / picture_.camera.scale();
     for (const SceneSurface& surface : picture_.scene.surfaces) {
       if (options_.kind == RenderKind::isophotes)
-        for (const auto& line :
-             fieldLines(surface, isophoteField(picture_.light), symmetricLevels(range_, lineCount(options_)), flatness))
+        for (const auto& line : fieldLines(surface, isophoteField(picture_.light),
+                                           symmetricLevels(range_, lineCount(options_, picture_.scene)), flatness))
           drawLine(line, isophotes);
       if (options_.kind == RenderKind::isolines || options_.kind == RenderKind::combs)
-        for (const auto& line : parameterLines(surface, lineCount(options_))) drawLine(line, isolines);
+        for (const auto& line : parameterLines(surface, lineCount(options_, picture_.scene))) drawLine(line, isolines);
     }
     for (const SceneCurve& curve : picture_.scene.curves) drawLine(curve.points, curves);
     svg_.open(fmt::format("fill=\"none\" stroke=\"{}\" stroke-linecap=\"round\" stroke-linejoin=\"round\"", kInk));
@@ -197,7 +198,7 @@ class Painter {
     const double longest = 0.125 * std::min(options_.width, options_.height) / picture_.camera.scale();
     const double scale = longest / range_.second;
     std::string teeth, tips;
-    for (const Comb& comb : allCombs(picture_, lineCount(options_))) {
+    for (const Comb& comb : allCombs(picture_, lineCount(options_, picture_.scene))) {
       SpacePolyline run;
       PicturePolyline tipRun;
       for (std::size_t i = 0; i < comb.base.size(); ++i) {
@@ -224,7 +225,7 @@ class Painter {
     const std::string grey = "font-size=\"12\" fill=\"#5a6672\"";
     svg_.text(kMargin, bottom, captionText(), grey);
     if (!isMap(options_.kind)) return;
-    const int lines = lineCount(options_);
+    const int lines = lineCount(options_, picture_.scene);
     const double x = options_.width - kLegendWidth + 6, top = 40, height = plotSize(options_).y() - 2 * top;
     for (int k = 0; k < lines; ++k)
       svg_.rectangle(x, top + height * (lines - 1 - k) / lines, 12, height / lines + 0.3,
@@ -238,7 +239,7 @@ class Painter {
   }
 
   std::string captionText() const {
-    const int lines = lineCount(options_);
+    const int lines = lineCount(options_, picture_.scene);
     const auto direction = [](const Eigen::Vector3d& d) {
       return fmt::format("({}, {}, {})", shortNumber(d.x()), shortNumber(d.y()), shortNumber(d.z()));
     };
@@ -271,17 +272,17 @@ class Painter {
 
 }  // namespace
 
-int lineCount(const RenderOptions& options) {
+int lineCount(const RenderOptions& options, const Scene& scene) {
   if (options.lines > 0) return options.lines;
+  const auto surfaces = static_cast<int>(std::max<std::size_t>(scene.surfaces.size(), 1));
   switch (options.kind) {
+    case RenderKind::isolines:
+      return std::clamp(80 / surfaces, 3, 20);
+    case RenderKind::combs:
+      return std::clamp(40 / surfaces, 2, 8);
     case RenderKind::isophotes:
-      return 24;
     case RenderKind::zebra:
       return 24;
-    case RenderKind::isolines:
-      return 20;
-    case RenderKind::combs:
-      return 8;
     default:
       return 20;
   }
@@ -291,7 +292,7 @@ std::vector<double> symmetricLevels(std::pair<double, double> range, int lines) 
   const double step = (range.second - range.first) / lines;
   std::vector<double> levels;
   // Values outside the range (there may be a few far out) get lines too, as long as they are not far too many.
-  for (double k = std::floor(range.first / step - 2.0 * lines); k <= range.second / step + 2.0 * lines; ++k)
+  for (double k = std::floor(range.first / step - 5.0 * lines); k <= range.second / step + 5.0 * lines; ++k)
     if (std::abs((k + 0.5) * step) < 1) levels.push_back((k + 0.5) * step);
   return levels;
 }
@@ -363,18 +364,27 @@ std::vector<std::vector<double>> deviations(const Scene& scene, const std::vecto
 std::pair<double, double> pictureRange(const Picture& picture, const RenderOptions& options) {
   if (options.kind == RenderKind::isolines) return {0, 1};
   if (options.kind == RenderKind::combs) {
-    const double largest = largestCurvature(allCombs(picture, lineCount(options)));
+    const double largest = largestCurvature(allCombs(picture, lineCount(options, picture.scene)));
     return {0, largest > 0 ? largest : 1};
   }
-  std::vector<double> shown;
+  // By the area in the picture.
+  std::vector<Weighted> shown;
   const auto values = allValues(picture, options);
-  for (std::size_t i = 0; i < values.size(); ++i)
-    for (std::size_t v = 0; v < values[i].size(); ++v)
-      if (picture.depth.visible(picture.camera.project(picture.scene.surfaces[i].samples.points[v])))
-        shown.push_back(values[i][v]);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const SceneSurface& surface = picture.scene.surfaces[i];
+    for (const auto& t : surface.mesh.triangles) {
+      std::array<Eigen::Vector3d, 3> p;
+      double value = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        p[k] = picture.camera.project(surface.samples.points[t[k]]);
+        value += values[i][t[k]] / 3;
+      }
+      const double area = std::abs((p[1] - p[0]).cross(p[2] - p[0]).z());
+      if (picture.depth.visible((p[0] + p[1] + p[2]) / 3)) shown.push_back({value, area});
+    }
+  }
   if (isMap(options.kind)) return mapRange(std::move(shown));
-  if (shown.empty()) return {-1, 1};
-  const auto range = quantiles(std::move(shown), 0.01, 0.99);
+  const auto range = quantiles(std::move(shown), 0.03, 0.97);
   // A plane has one brightness: lines would only show rounding errors.
   return range.second - range.first > 1e-7 ? range : std::pair{-1.0, 1.0};
 }

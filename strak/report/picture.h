@@ -38,7 +38,7 @@ std::string drawPicture(const Picture& picture, const RenderOptions& options, st
 // do not depend on which side of a surface is its outer one.
 std::vector<double> symmetricLevels(std::pair<double, double> range, int lines);
 
-// How many lines a kind gets if the options leave it open.
-int lineCount(const RenderOptions& options);
+// How many lines the options ask for; if they leave it open, what suits the kind and the number of surfaces.
+int lineCount(const RenderOptions& options, const Scene& scene);
 
 }  // namespace strak

@@ -1,5 +1,6 @@
 #include "strak/report/scene.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -91,22 +92,19 @@ std::vector<Eigen::Vector3d> scenePoints(const Scene& scene) {
 Eigen::Vector3d defaultView(const Scene& scene) {
   if (scene.plane) return Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d corner = Eigen::Vector3d(0.55, -0.8, 0.5).normalized();
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double area = 0;
-  for (const SceneSurface& s : scene.surfaces) {
-    Eigen::Vector3d ofSurface = Eigen::Vector3d::Zero();
+  // The second moment of the normals: faces may be orientated against each other.
+  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+  for (const SceneSurface& s : scene.surfaces)
     for (const auto& t : s.mesh.triangles) {
       const auto& p = s.samples.points;
-      const Eigen::Vector3d normal = (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]) / 2;
-      ofSurface += normal;
-      area += normal.norm();
+      const Eigen::Vector3d normal = (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]);
+      if (normal.norm() > 0) moment += normal * normal.transpose() / normal.norm();
     }
-    // Neighbouring faces may be orientated against each other.
-    sum += sum.dot(ofSurface) < 0 ? Eigen::Vector3d(-ofSurface) : ofSurface;
-  }
-  if (!(sum.norm() > 0.55 * area)) return corner;
-  const Eigen::Vector3d normal = sum.dot(corner) < 0 ? Eigen::Vector3d(-sum.normalized()) : sum.normalized();
-  return (normal + 0.45 * corner).normalized();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(moment);
+  if (!(axes.eigenvalues()[2] > 0.7 * moment.trace())) return corner;
+  Eigen::Vector3d normal = axes.eigenvectors().col(2);
+  if (normal.dot(corner) < 0) normal = -normal;
+  return (normal + 0.7 * corner).normalized();
 }
 
 std::vector<Eigen::Vector3d> pointsAt(const Surface& surface, const std::vector<Eigen::Vector2d>& parameters) {

@@ -169,7 +169,7 @@ bool entersCell(const TrimRegion::Segment& s, double u0, double u1, double v0, d
       if (s.from[k] <= lows[k] || s.from[k] >= highs[k]) return false;
       continue;
     }
-    const auto [enter, leave] = std::minmax((lows[k] - s.from[k]) / d[k], (highs[k] - s.from[k]) / d[k]);
+    const auto [enter, leave] = std::minmax({(lows[k] - s.from[k]) / d[k], (highs[k] - s.from[k]) / d[k]});
     from = std::max(from, enter);
     to = std::min(to, leave);
   }

@@ -82,7 +82,7 @@ TrimRegion::TrimRegion(const Surface& surface, const std::vector<std::vector<Eig
   for (const Segment& bridge : bridges(lines)) segments_.push_back(bridge);
   rows_.resize(kRows);
   for (std::size_t s = 0; s < segments_.size(); ++s) {
-    const auto [low, high] = std::minmax(segments_[s].from.y(), segments_[s].to.y());
+    const auto [low, high] = std::minmax({segments_[s].from.y(), segments_[s].to.y()});
     for (std::size_t r = row(low); r <= row(high); ++r) rows_[r].push_back(s);
   }
   bool leavesSomething = false;
@@ -117,7 +117,7 @@ std::vector<TrimRegion::Segment> TrimRegion::segmentsBetween(double low, double 
   found.erase(std::unique(found.begin(), found.end()), found.end());
   std::vector<Segment> out;
   for (std::size_t s : found) {
-    const auto [bottom, top] = std::minmax(segments_[s].from.y(), segments_[s].to.y());
+    const auto [bottom, top] = std::minmax({segments_[s].from.y(), segments_[s].to.y()});
     if (bottom <= high && top >= low) out.push_back(segments_[s]);
   }
   return out;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "strak/report/colour_map.h"
@@ -17,9 +16,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Box = std::pair<double, double>;
 
-constexpr int kCombLines = 8;     // per direction
-constexpr Index kTeeth = 60'000;  // of all surfaces, one state
-constexpr Index kMeshPoints = 120'000;
+constexpr Index kTeeth = 40'000;  // of all surfaces, one state
+constexpr Index kMeshPoints = 90'000;
 
 std::string base64(const std::vector<std::uint8_t>& bytes) {
   static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -34,13 +32,10 @@ std::string base64(const std::vector<std::uint8_t>& bytes) {
   return out;
 }
 
-// Integers and floats in the byte order of the page (little endian).
+// In the byte order of the page (little endian).
 template <class T>
 void append(std::vector<std::uint8_t>& bytes, T value) {
-  std::conditional_t<sizeof(T) == 2, std::uint16_t, std::uint32_t> bits;
-  static_assert(sizeof bits == sizeof value);
-  std::memcpy(&bits, &value, sizeof bits);
-  for (std::size_t k = 0; k < sizeof bits; ++k) bytes.push_back(static_cast<std::uint8_t>(bits >> (8 * k)));
+  for (std::size_t k = 0; k < sizeof value; ++k) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * k)));
 }
 
 std::uint16_t fraction(double value, Box box) {
@@ -53,6 +48,7 @@ Json vectorJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 // Vectors as fractions of their bounding box.
 Json quantized(const std::vector<Eigen::Vector3d>& vectors) {
   Eigen::AlignedBox3d box;
+  if (vectors.empty()) box.extend(Eigen::Vector3d::Zero().eval());
   for (const Eigen::Vector3d& v : vectors) box.extend(v);
   std::vector<std::uint8_t> bytes;
   for (const Eigen::Vector3d& v : vectors)
@@ -62,7 +58,9 @@ Json quantized(const std::vector<Eigen::Vector3d>& vectors) {
 
 // Numbers as fractions of their range; the few that lie far outside (poles, kinks) are cut off.
 Json quantized(const std::vector<double>& values) {
-  Box box = quantiles(values, 0.002, 0.998);
+  std::vector<Weighted> weighted;
+  for (double v : values) weighted.push_back({v, 1});
+  Box box = quantiles(std::move(weighted), 0.002, 0.998);
   const double width = box.second - box.first;
   box = {box.first - width, box.second + width};
   std::vector<std::uint8_t> bytes;
@@ -85,44 +83,53 @@ Json trianglesJson(const ParameterMesh& mesh) {
   return {{"bytes", narrow ? 2 : 4}, {"data", base64(bytes)}};
 }
 
-void appendFloats(std::vector<std::uint8_t>& bytes, const Eigen::Vector3d& v, const Eigen::Vector3d& origin) {
-  for (int k = 0; k < 3; ++k) append(bytes, static_cast<float>(v[k] - origin[k]));
+// Polylines without the points that are within `tolerance` of the line between their neighbours.
+SpacePolyline thinned(const SpacePolyline& line, double tolerance) {
+  SpacePolyline out;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (i > 0 && i + 1 < line.size() && i % 8 != 0) {
+      const Eigen::Vector3d chord = (line[i + 1] - out.back()).normalized(), d = line[i] - out.back();
+      if (d.cross(chord).norm() < tolerance) continue;
+    }
+    out.push_back(line[i]);
+  }
+  return out;
 }
 
-// Polylines relative to the origin of the page: single precision then suffices wherever the model lies.
 Json linesJson(const std::vector<SpacePolyline>& lines, const Eigen::Vector3d& origin) {
-  std::vector<std::uint8_t> bytes;
+  SpacePolyline points;
   Json counts = Json::array();
   for (const SpacePolyline& line : lines) {
     counts.push_back(line.size());
-    for (const Eigen::Vector3d& p : line) appendFloats(bytes, p, origin);
+    for (const Eigen::Vector3d& p : line) points.push_back(p - origin);
   }
-  return {{"counts", counts}, {"data", base64(bytes)}};
+  return {{"counts", counts}, {"points", quantized(points)}};
 }
 
 Json combsJson(const std::vector<Comb>& combs, const Eigen::Vector3d& origin) {
-  std::vector<std::uint8_t> bytes;
-  Json counts = Json::array();
+  SpacePolyline directions;
+  std::vector<SpacePolyline> lines;
   for (const Comb& comb : combs) {
-    counts.push_back(comb.base.size());
-    for (std::size_t i = 0; i < comb.base.size(); ++i) {
-      appendFloats(bytes, comb.base[i], origin);
-      appendFloats(bytes, comb.direction[i], Eigen::Vector3d::Zero());
-    }
+    lines.push_back(comb.base);
+    directions.insert(directions.end(), comb.direction.begin(), comb.direction.end());
   }
-  return {{"counts", counts}, {"data", base64(bytes)}};
+  Json json = linesJson(lines, origin);
+  json["directions"] = quantized(directions);
+  return json;
 }
 
-std::vector<SpacePolyline> borders(const SceneSurface& surface,
-                                   const std::vector<std::vector<Eigen::Vector2d>>& trims) {
+std::vector<SpacePolyline> borders(const SceneSurface& surface, const std::vector<std::vector<Eigen::Vector2d>>& trims,
+                                   double tolerance) {
   std::vector<SpacePolyline> out;
-  for (const auto& line : borderLines(surface, trims)) out.push_back(pointsAt(surface.surface, line));
+  for (const auto& line : borderLines(surface, trims))
+    out.push_back(thinned(pointsAt(surface.surface, line), tolerance));
   return out;
 }
 
 class Builder {
  public:
-  Builder(const ViewerModel& model, const Eigen::Vector3d& origin) : model_(model), origin_(origin) {
+  Builder(const ViewerModel& model, const Eigen::AlignedBox3d& box)
+      : model_(model), origin_(box.center()), size_(box.diagonal().norm()) {
     for (const Object& object : model.before) objects_.push_back({{"name", object.name}, {"parts", Json::array()}});
   }
 
@@ -132,8 +139,10 @@ class Builder {
     for (std::size_t i = 0; i < model_.after.size(); ++i)
       if (model_.after[i].spline) finest[i].spline = model_.after[i].spline;
     const Scene scene = buildScene(finest, {5, 30'000, 150, kMeshPoints});
-    density_ = static_cast<int>(std::clamp<Index>(
-        kTeeth / std::max<Index>(1, 2 * kCombLines * static_cast<Index>(scene.surfaces.size())), 16, 240));
+    RenderOptions combs;
+    combs.kind = RenderKind::combs;
+    combLines_ = lineCount(combs, scene);
+    density_ = teethPerLine(scene, combLines_, kTeeth);
     Index part = 0;
     for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
       part = i > 0 && scene.surfaces[i - 1].object == scene.surfaces[i].object ? part + 1 : 0;
@@ -161,26 +170,33 @@ class Builder {
     SceneSurface before{scene.object, drawable(*model_.before[object].spline).surfaces[part], scene.region, {}, {}};
     before.samples = changed(object) ? sampleSurface(before.surface, scene.mesh.parameters) : scene.samples;
     Json json{{"triangles", trianglesJson(scene.mesh)}, {"before", stateJson(before, trims)}};
-    gaussian_.insert(gaussian_.end(), before.samples.gaussian.begin(), before.samples.gaussian.end());
-    mean_.insert(mean_.end(), before.samples.mean.begin(), before.samples.mean.end());
+    collect(scene, before.samples.gaussian, gaussian_);
+    collect(scene, before.samples.mean, mean_);
     if (changed(object)) {
       std::vector<double> moved;
       for (std::size_t i = 0; i < scene.samples.points.size(); ++i)
         moved.push_back((scene.samples.points[i] - before.samples.points[i]).dot(before.samples.normals[i]));
-      deviation_.insert(deviation_.end(), moved.begin(), moved.end());
+      collect(scene, moved, deviation_);
       json["after"] = stateJson(scene, trims);
       json["deviation"] = quantized(moved);
     }
     objects_[object]["parts"].push_back(std::move(json));
   }
 
+  static void collect(const SceneSurface& scene, const std::vector<double>& values, std::vector<Weighted>& out) {
+    const auto& p = scene.samples.points;
+    for (const auto& t : scene.mesh.triangles)
+      out.push_back(
+          {(values[t[0]] + values[t[1]] + values[t[2]]) / 3, (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]).norm()});
+  }
+
   Json stateJson(const SceneSurface& surface, const std::vector<std::vector<Eigen::Vector2d>>& trims) {
     SurfaceSamples moved = surface.samples;
     for (Eigen::Vector3d& p : moved.points) p -= origin_;
-    const std::vector<Comb> combs = surfaceCombs(surface, kCombLines, density_);
+    const std::vector<Comb> combs = surfaceCombs(surface, combLines_, density_);
     largestComb_ = std::max(largestComb_, largestCurvature(combs));
     Json json{{"mesh", meshJson(moved)}};
-    json["borders"] = linesJson(borders(surface, trims), origin_);
+    json["borders"] = linesJson(borders(surface, trims, 5e-5 * size_), origin_);
     json["combs"] = combsJson(combs, origin_);
     return json;
   }
@@ -202,10 +218,11 @@ class Builder {
   }
 
   const ViewerModel& model_;
-  Eigen::Vector3d origin_;
-  int density_ = 0;
+  Eigen::Vector3d origin_;  // of the page: its numbers then are small wherever the model lies
+  double size_;
+  int combLines_ = 0, density_ = 0;
   Json objects_ = Json::array();
-  std::vector<double> gaussian_, mean_, deviation_;
+  std::vector<Weighted> gaussian_, mean_, deviation_;  // by area
   double largestComb_ = 0;
 };
 
@@ -214,7 +231,7 @@ class Builder {
 std::string viewerData(const ViewerModel& model, const Picture& picture) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& p : scenePoints(picture.scene)) box.extend(p);
-  Builder builder(model, box.center());
+  Builder builder(model, box);
   builder.build();
   Json json{{"unit", model.unit},
             {"compare", !model.after.empty()},
@@ -232,7 +249,7 @@ std::string viewerData(const ViewerModel& model, const Picture& picture) {
     const auto range = pictureRange(picture, options);
     json["ranges"][renderKindName(kind)] = {range.first, range.second};
   }
-  json["lines"] = lineCount(model.start);
+  json["lines"] = lineCount(model.start, picture.scene);
   for (const Colour& colour : colourAnchors()) json["colours"].push_back(colour);
   json["objects"] = std::move(builder).objects();
   // "</script" inside a name would end the element.

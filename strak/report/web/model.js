@@ -27,8 +27,12 @@ const strakLines = (gl, vertices, segments) => {
   return { buffer, indices, count: segments.length };
 };
 
+// The vectors of a channel, three numbers each.
+const strakVectors = ({ from, size, data }) =>
+  Float32Array.from(new Uint16Array(strakDecode(data)), (q, i) => from[i % 3] + size[i % 3] * q / 65535);
+
 const strakPolylines = (gl, lines) => {
-  const points = new Float32Array(strakDecode(lines.data));
+  const points = strakVectors(lines.points);
   const vertices = [], segments = [];
   let first = 0;
   for (const count of lines.counts) {
@@ -43,13 +47,13 @@ const strakPolylines = (gl, lines) => {
 
 // A comb has two vertices a tooth: its foot and its tip. The feet are the line itself.
 const strakCombs = (gl, combs) => {
-  const data = new Float32Array(strakDecode(combs.data));
+  const points = strakVectors(combs.points), directions = strakVectors(combs.directions);
   const vertices = [], teeth = [], feet = [];
   let first = 0;
   for (const count of combs.counts) {
     for (let i = first; i < first + count; ++i) {
-      const tooth = data.subarray(6 * i, 6 * i + 6);
-      vertices.push(tooth[0], tooth[1], tooth[2], 0, 0, 0, ...tooth);
+      const foot = points.subarray(3 * i, 3 * i + 3);
+      vertices.push(...foot, 0, 0, 0, ...foot, ...directions.subarray(3 * i, 3 * i + 3));
       teeth.push(2 * i, 2 * i + 1);
       if (i > first) {
         teeth.push(2 * i - 1, 2 * i + 1);
@@ -71,20 +75,13 @@ const strakState = (gl, state, deviation) => {
   return out;
 };
 
-// The box of a quantized or plain list of points.
+// Makes the box hold a part (as it was before).
 const strakExtend = (box, part) => {
-  const grow = (x, y, z) => [x, y, z].forEach((value, k) => {
+  const { from, size } = part.before.mesh ? part.before.mesh.points : part.before.borders.points;
+  from.forEach((value, k) => {
     box.low[k] = Math.min(box.low[k], value);
-    box.high[k] = Math.max(box.high[k], value);
+    box.high[k] = Math.max(box.high[k], value + size[k]);
   });
-  if (part.before.mesh) {
-    const { from, size } = part.before.mesh.points;
-    grow(...from);
-    grow(...from.map((value, k) => value + size[k]));
-    return;
-  }
-  const points = new Float32Array(strakDecode(part.before.borders.data));
-  for (let i = 0; i + 2 < points.length; i += 3) grow(points[i], points[i + 1], points[i + 2]);
 };
 
 // Everything to draw: one entry an object with its parts, its box and whether it was changed.

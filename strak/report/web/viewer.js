@@ -240,7 +240,7 @@ class StrakViewer {
 
 {
   const canvas = document.getElementById("canvas");
-  const gl = canvas && canvas.getContext("webgl2", { antialias: true });
+  const gl = canvas && canvas.getContext("webgl2", { antialias: true, alpha: false });
   document.documentElement.dataset.viewer = gl ? "ready" : "unavailable";
   if (gl) {
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
