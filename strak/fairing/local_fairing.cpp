@@ -10,6 +10,7 @@
 #include "strak/base/cpu_time.h"
 #include "strak/base/error.h"
 #include "strak/energy/energy_operator.h"
+#include "strak/fairing/fairing_problem.h"
 #include "strak/fairing/free_factor.h"
 #include "strak/fairing/ranked_net.h"
 
@@ -19,22 +20,25 @@ namespace {
 
 // Moves shorter than this part of the largest coordinate leave no trace in the result, however many follow.
 constexpr double kSmallestMove = 0x1p-58;
+constexpr double kEnergyRounding = 0x1p-52;
 constexpr Index kStepsPerReport = 1 << 14;
-// The dual bound begins after so many moves a free point, and is looked at again when the steps have grown by a third.
-constexpr Index kSweepsBeforeDualBound = 16;
+// The dual bound begins after so many moves a free point, and is looked at again when the steps have grown by a fifth.
+constexpr Index kSweepsBeforeDualBound = 8;
 
+// So many free points can be factored in about a second.
 template <int D>
 constexpr Index factorLimit() {
-  return D == 1 ? 1'000'000 : D == 2 ? 40'000 : 2'000;
+  return D == 1 ? 100'000 : D == 2 ? 10'000 : 1'000;
 }
 
 template <int D>
 class LocalDescent {
  public:
   // `net` is the input's, possibly with another origin.
-  LocalDescent(const Spline<D>& input, const Net& net, const EnergyOperator<D>& energy,
-               const LocalFairingOptions& options)
+  LocalDescent(const Spline<D>& input, const Net& net, const QuadraticEnergy<D>& quadratic,
+               const EnergyOperator<D>& energy, const LocalFairingOptions& options)
       : input_(input),
+        quadratic_(quadratic),
         energy_(energy),
         options_(options),
         bounded_(std::isfinite(options.tolerance)),
@@ -55,18 +59,22 @@ class LocalDescent {
   bool hungUp(double length);
   double frankWolfeBound() const;
   double dualBound();
+  double factorBound();
   void certify(bool withDual);
   bool report() const;
 
   const Spline<D>& input_;
+  const QuadraticEnergy<D>& quadratic_;
   const EnergyOperator<D>& energy_;
   const LocalFairingOptions& options_;
   const bool bounded_;
   RankedNet<D> net_;
   const double smallestMove_;
 
-  std::vector<Index> changes_;  // by place, only if they are limited
-  std::vector<Place> list_;     // the sorted ranking list, last first
+  std::vector<Index> changes_;                  // by place, only if they are limited
+  std::vector<Place> list_;                     // the sorted ranking list, last first
+  std::unique_ptr<FairingProblem<D>> problem_;  // for the dual bound, from the first time on
+  BallProblem ball_;
   std::unique_ptr<FreeFactor> factor_;
   double gap_ = 0;
   double firstGap_ = kUnlimited;
@@ -127,11 +135,32 @@ double LocalDescent<D>::frankWolfeBound() const {
   return bound;
 }
 
-// With multipliers m >= 0 of the balls and r = h + m e, E - E* <= sum of m (tolerance^2 - |e|^2) + r^T K^-1 r.
+// The dual bound through a part of K that can be diagonalised (ball_minimizer.h), or through a factor of all of K for
+// the energies of which no such part is known.
 template <int D>
 double LocalDescent<D>::dualBound() {
   const auto& places = net_.freePlaces();
-  if (static_cast<Index>(places.size()) > factorLimit<D>()) return kUnlimited;
+  Net moves = Net::Zero(input_.net().rows(), net_.components());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (Index c = 0; c < net_.components(); ++c) moves(net_.freeRows()[i], c) = net_.shift(places[i], c);
+  }
+  if (!problem_) {
+    problem_ = std::make_unique<FairingProblem<D>>(input_, quadratic_, options_.held, options_.scale);
+    ball_ = problem_->ball(options_.tolerance);
+  }
+  if (!ball_.lowerBound.empty()) {
+    Field field(problem_->layout());
+    packBox(problem_->layout(), moves, Eigen::RowVectorXd::Zero(net_.components()), field);
+    const double bound = boundAt(ball_, field).bound;
+    if (std::isfinite(bound)) return bound;
+  }
+  return static_cast<Index>(places.size()) <= factorLimit<D>() ? factorBound() : kUnlimited;
+}
+
+// With multipliers m >= 0 of the balls and r = h + m e, E - E* <= sum of m (tolerance^2 - |e|^2) + r^T K^-1 r.
+template <int D>
+double LocalDescent<D>::factorBound() {
+  const auto& places = net_.freePlaces();
   if (!factor_) factor_ = std::make_unique<FreeFactor>(energy_, net_.freeRows());
   if (!factor_->usable()) return kUnlimited;
   const double ballSquare = options_.tolerance * options_.tolerance;
@@ -162,7 +191,9 @@ template <int D>
 void LocalDescent<D>::certify(bool withDual) {
   double bound = frankWolfeBound();
   if (withDual) bound = std::min(bound, dualBound());
-  gap_ = bound > 0 ? bound / std::abs(net_.energy()) : 0;
+  // An energy far below the first one is known to the rounding of that only.
+  const double reference = std::max(std::abs(net_.energy()), kEnergyRounding * net_.startEnergy());
+  gap_ = !(bound > 0) ? 0 : reference > 0 ? bound / reference : kUnlimited;
   if (!std::isfinite(firstGap_)) firstGap_ = gap_;
 }
 
@@ -194,7 +225,7 @@ StopReason LocalDescent<D>::run() {
       certify(dual);
       if (gap_ <= options_.gap) return StopReason::gap;
       nextBound = steps_ + std::max<Index>(64, freeCount / 2);
-      if (dual) nextDual = steps_ + steps_ / 3;
+      if (dual) nextDual = steps_ + steps_ / 5;
     }
     reason = StopReason::cancelled;
     if (steps_ >= nextReport) {
@@ -215,7 +246,7 @@ StopReason LocalDescent<D>::run() {
     reason = literal ? StopReason::stalled : StopReason::precision;
     if (hungUp(length)) break;
   }
-  certify(!bounded_ || factor_ != nullptr);
+  certify(!bounded_ || problem_ != nullptr);
   return gap_ <= options_.gap && reason != StopReason::cancelled ? StopReason::gap : reason;
 }
 
@@ -280,7 +311,7 @@ Faired<D> fairLocally(const Spline<D>& input, const QuadraticEnergy<D>& energy, 
   checkOptions(input, options);
   const EnergyOperator<D> op(energy, scaledKnots(input, options.scale));
   Faired<D> result{input, {}};
-  LocalDescent<D> descent(input, centredNet(input, energy), op, options);
+  LocalDescent<D> descent(input, centredNet(input, energy), energy, op, options);
   result.summary.stopReason = descent.run();
   descent.write(result);
   if (input.isRational() && !(result.spline.net().rightCols(1).minCoeff() > 0)) {

@@ -41,10 +41,10 @@ struct LocalFairingOptions {
 // stopped early returns the best net so far. Control points whose basis function vanishes on the whole domain are left
 // alone.
 //
-// The gap is certified by the gradient that the method holds anyway (Frank and Wolfe's bound) and, from 16 moves a free
-// point on, by the dual bound, which needs one sparse factor (up to 40,000 free points of a surface, 2,000 of a
-// volume). Without tolerance the first bound says nothing: nets beyond these sizes then end with the gap `infinity`,
-// not certified.
+// The gap is certified by the gradient that the method holds anyway (Frank and Wolfe's bound) and, from 8 moves a free
+// point on, by the dual bound of ball_minimizer.h. For energies of which that knows no lower bound (the laplacian and
+// others with cross terms where few rows are held) one sparse factor serves instead, for up to 10,000 free points of a
+// surface and 1,000 of a volume. Where all of this says nothing, the gap is `infinity`: not certified.
 //
 // Stops: gap, gain (minGain), steps, cancelled, precision (moves below the rounding of the coordinates), stalled
 // (literal ranking without cap only: the list's first points do not move any more), nothingFree. Cost: O((2p+1)^D) per

@@ -7,6 +7,7 @@
 
 #include "strak/base/error.h"
 #include "strak/energy/energy_operator.h"
+#include "strak/fairing/optimal_fairing.h"
 #include "tests/energy/hadenfeld_net.h"
 #include "tests/spline/random_splines.h"
 
@@ -322,6 +323,41 @@ TEST(LocalFairing, StopsOnceNoPointGainsEnough) {
   const BruteForce brute{op.matrix(), task.spline.net(), result.spline.net(), task.held, 0.5};
   EXPECT_LE(brute.gain(brute.best()), 0.1 * (1 + 1e-9));
   EXPECT_GT(result.summary.steps, 0);
+}
+
+template <int D>
+void expectAgreesWithOptimal(const char* name, std::uint64_t seed, double tolerance) {
+  const Task<D> task = randomTask<D>(seed, 3, 4);
+  auto energy = energyNamed<D>(name);
+  for (int k = 0; k < D; ++k) {
+    if (energy.order() > task.spline.degree(k)) return;  // no such derivatives
+  }
+  LocalFairingOptions local;
+  OptimalFairingOptions optimal;
+  local.held = optimal.held = task.held;
+  local.tolerance = optimal.tolerance = tolerance;
+  local.gap = optimal.gap = 1e-7;
+  const auto a = fairLocally<D>(task.spline, energy, local).summary;
+  const auto b = fairOptimally<D>(task.spline, energy, optimal).summary;
+  const std::string context = std::string(name) + ", D = " + std::to_string(D) + ", seed " + std::to_string(seed);
+  EXPECT_EQ(a.stopReason, StopReason::gap) << context;
+  const double rounding = 1e-12 * a.energyBefore;
+  EXPECT_NEAR(a.energyBefore, b.energyBefore, rounding) << context;
+  EXPECT_LE(a.energyAfter - b.energyAfter, a.gap * std::abs(a.energyAfter) + rounding) << context;
+  EXPECT_LE(b.energyAfter - a.energyAfter, b.gap * std::abs(b.energyAfter) + rounding) << context;
+}
+
+// The laplacian with one row held has no lower bound that can be diagonalised: then a factor certifies.
+TEST(LocalFairing, AgreesWithOptimalFairingToTheCertificates) {
+  for (std::uint64_t seed = 51; seed <= 53; ++seed) {
+    for (const char* name : {"thin-plate", "laplacian", "thin-plate+0.01*third-derivatives"}) {
+      for (double tolerance : {kUnlimited, 0.2}) {
+        expectAgreesWithOptimal<1>(name, seed, tolerance);
+        expectAgreesWithOptimal<2>(name, seed, tolerance);
+      }
+    }
+    expectAgreesWithOptimal<3>("thin-plate", seed, 0.2);
+  }
 }
 
 TEST(LocalFairing, ReturnsTheBestNetSoFarWhenCancelled) {
