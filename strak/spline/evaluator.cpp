@@ -19,7 +19,9 @@ namespace {
 
 constexpr Index kBlock = 64;  // parameters whose weights are kept at once: they stay in the first-level cache
 constexpr Index kTask = 512;  // least points of a task
+// One point needs no memory from the heap up to degree 15 and 4 columns.
 constexpr int kStackWeights = 3 * 4 * 16;
+constexpr int kStackDerivatives = 20 * 4;
 
 void checkOrder(int order) {
   if (order < 0 || order > 3) {
@@ -138,9 +140,12 @@ void Evaluator<D>::derivatives(const std::array<double, D>& u, int order, double
     memory += Index{order + 1} * tables_[k].width();
   }
   if (rational_) {
-    std::vector<double> homogeneous(static_cast<std::size_t>(derivativeCount(D, order) * columns_));
-    STRAK_SIMD_CHOOSE(contractPoints)(view(), weights.data(), 1, order, homogeneous.data(), 0);
-    quotient_[static_cast<std::size_t>(order)].apply(columns_, homogeneous.data(), out);
+    const Index length = Index{derivativeCount(D, order)} * columns_;
+    double few[kStackDerivatives];
+    std::vector<double> many(static_cast<std::size_t>(length > kStackDerivatives ? length : 0));
+    double* homogeneous = many.empty() ? few : many.data();
+    STRAK_SIMD_CHOOSE(contractPoints)(view(), weights.data(), 1, order, homogeneous, 0);
+    quotient_[static_cast<std::size_t>(order)].apply(columns_, homogeneous, out);
   } else {
     STRAK_SIMD_CHOOSE(contractPoints)(view(), weights.data(), 1, order, out, 0);
   }

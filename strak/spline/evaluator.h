@@ -21,8 +21,8 @@ class Evaluator {
   int pointDimension() const { return columns_ - (rational_ ? 1 : 0); }
   const KnotVector& knots(int direction) const { return tables_[static_cast<std::size_t>(direction)].knots(); }
 
-  // Writes derivativeCount(D, order) * pointDimension() numbers to out. Allocates nothing for degrees up to 15, unless
-  // rational.
+  // Writes derivativeCount(D, order) * pointDimension() numbers to out. Allocates nothing for degrees up to 15 and
+  // nets of up to 4 columns.
   void derivatives(const std::array<double, D>& u, int order, double* out) const;
 
   // Many parameters, a row each. The second form writes into a matrix of parameters.rows() rows and derivativeCount *
