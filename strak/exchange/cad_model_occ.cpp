@@ -73,6 +73,10 @@ class CadModel : public Model {
     for (const auto& [key, shared] : surfaces_) note(shared.objects);
     for (const auto& [key, shared] : curves_) note(shared.objects);
     if (objects_.empty()) throw InvalidInput("there is no face and no curve in it");
+    Bnd_Box box;
+    BRepBndLib::Add(file_.shape, box, false);
+    box.SetGap(0);
+    if (!box.IsVoid() && !box.IsOpen()) size_ = std::sqrt(box.SquareExtent()) / file_.unit.millimetres;
     original_.reserve(objects_.size());
     for (const Object& object : objects_) original_.push_back(object.spline);
   }
@@ -81,13 +85,7 @@ class CadModel : public Model {
   std::string format() const override { return fileKindName(file_.kind); }
   std::string unit() const override { return file_.kind == FileKind::brep ? "" : file_.unit.name; }
 
-  double size() const override {
-    Bnd_Box box;
-    BRepBndLib::Add(file_.shape, box, false);
-    if (box.IsVoid() || box.IsOpen()) return 0;
-    box.SetGap(0);
-    return std::sqrt(box.SquareExtent()) / file_.unit.millimetres;
-  }
+  double size() const override { return size_; }
 
   void replace(Index index, const AnySpline& spline) override {
     requireIndex(index, objects_);
@@ -110,7 +108,13 @@ class CadModel : public Model {
     }
   }
 
-  Audit audit() const override { return auditShape(file_.shape, file_.unit.millimetres); }
+  Audit audit() const override {
+    try {
+      return auditShape(file_.shape, file_.unit.millimetres);
+    } catch (const Standard_Failure& failure) {
+      throw Failure(fmt::format("the edges cannot be checked: Open CASCADE gives up ({})", failure.GetMessageString()));
+    }
+  }
 
   void write(const std::filesystem::path& path) const override {
     const FileKind kind = fileKindOfEnding(path);
@@ -281,6 +285,7 @@ class CadModel : public Model {
 
   CadFile file_;
   std::map<const TopoDS_TShape*, std::string> names_;
+  double size_ = 0;
   std::vector<Object> objects_;
   std::vector<std::optional<AnySpline>> original_;  // as read
   std::vector<gp_Trsf> places_;                     // where the assembly puts each object
@@ -298,8 +303,11 @@ TopoDS_Shape shapeOf(const AnySpline& spline, double unitLength) {
 }
 
 std::unique_ptr<Model> readCadModel(const std::filesystem::path& path, FileKind kind) {
+  CadFile file = readCadFile(path, kind);
   try {
-    return std::make_unique<CadModel>(readCadFile(path, kind));
+    return std::make_unique<CadModel>(std::move(file));
+  } catch (const InvalidInput& error) {
+    throw InvalidInput(fmt::format("'{}': {}", path.string(), error.what()));
   } catch (const Standard_Failure& failure) {
     throw InvalidInput(
         fmt::format("'{}' cannot be read: Open CASCADE gives up ({})", path.string(), failure.GetMessageString()));

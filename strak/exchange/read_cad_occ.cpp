@@ -3,10 +3,14 @@
 #include <IGESCAFControl_Reader.hxx>
 #include <IGESData_IGESEntity.hxx>
 #include <IGESData_IGESModel.hxx>
+#include <Interface_Check.hxx>
+#include <Interface_InterfaceModel.hxx>
+#include <Interface_ReportEntity.hxx>
 #include <Interface_Static.hxx>
 #include <STEPCAFControl_Reader.hxx>
 #include <Standard_Failure.hxx>
 #include <TColStd_SequenceOfAsciiString.hxx>
+#include <TCollection_HAsciiString.hxx>
 #include <TDF_LabelSequence.hxx>
 #include <TopExp.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
@@ -14,6 +18,7 @@
 #include <XCAFApp_Application.hxx>
 #include <XCAFDoc_DocumentTool.hxx>
 #include <XCAFDoc_ShapeTool.hxx>
+#include <XSControl_WorkSession.hxx>
 
 #include <fmt/format.h>
 
@@ -21,11 +26,14 @@
 #include <array>
 #include <cctype>
 #include <fstream>
+#include <iostream>
+#include <sstream>
 #include <utility>
 
 #include "strak/base/error.h"
 #include "strak/base/file.h"
 #include "strak/exchange/cad_file_occ.h"
+#include "strak/exchange/signal_guard_occ.h"
 
 namespace strak::cad {
 namespace {
@@ -68,10 +76,32 @@ std::string schemaOf(const std::filesystem::path& path) {
   return "AP214IS";
 }
 
+// Geometry and topology, in contrast to dates, annotations, properties and the like.
+bool isShape(const Standard_Transient& entity) {
+  if (const auto* iges = dynamic_cast<const IGESData_IGESEntity*>(&entity)) {
+    return (iges->TypeNumber() >= 100 && iges->TypeNumber() < 200) || iges->TypeNumber() / 100 == 5;
+  }
+  const std::string type = entity.DynamicType()->Name();
+  return type.starts_with("StepGeom_") || type.starts_with("StepShape_") || type.starts_with("StepRepr_");
+}
+
+// Open CASCADE loads what it can and follows references that lead nowhere: a file with broken geometry is refused
+// before it does. Errors elsewhere (in a date, a unit of solid angles) are common and harm nothing.
+void requireSound(const std::filesystem::path& path, FileKind kind, const Interface_InterfaceModel& model) {
+  for (int i = 1; i <= model.NbEntities(); ++i) {
+    if (!model.IsErrorEntity(i) || !isShape(*model.Value(i))) continue;
+    const Handle(Interface_Check) check = model.ReportEntity(i)->Check();
+    broken(path, kind,
+           fmt::format("entity {} is damaged ({})", model.StringLabel(model.Value(i))->ToCString(),
+                       check->NbFails() > 0 ? check->CFail(1) : "no reason given"));
+  }
+}
+
 void readStep(const std::filesystem::path& path, CadFile& file) {
   STEPCAFControl_Reader reader;
   Interface_Static::SetIVal("read.stepcaf.subshapes.name", 1);
   if (reader.ReadFile(path.c_str()) != IFSelect_RetDone) broken(path, file.kind, "it is cut off or no STEP file");
+  requireSound(path, file.kind, *reader.Reader().WS()->Model());
   TColStd_SequenceOfAsciiString lengths, angles, solidAngles;
   reader.ChangeReader().FileUnits(lengths, angles, solidAngles);
   file.unit = unitNamed(lengths.IsEmpty() ? "mm" : lengths.First().ToCString());
@@ -85,6 +115,7 @@ void readIges(const std::filesystem::path& path, CadFile& file) {
   Interface_Static::SetIVal("read.iges.bspline.continuity", 0);
   if (reader.ReadFile(path.c_str()) != IFSelect_RetDone) broken(path, file.kind, "it is cut off or no IGES file");
   const Handle(IGESData_IGESModel) model = reader.IGESModel();
+  requireSound(path, file.kind, *model);
   file.unit = unitOfFlag(model->GlobalSection().UnitFlag());
   if (model->GlobalSection().UnitFlag() == 3 && !model->GlobalSection().UnitName().IsNull()) {
     file.unit = unitNamed(model->GlobalSection().UnitName()->ToCString());
@@ -96,11 +127,29 @@ void readIges(const std::filesystem::path& path, CadFile& file) {
   if (!reader.Transfer(file.document)) broken(path, file.kind, "it holds no shape");
 }
 
+// The kernel's BREP reader tells std::cout what it misses; nobody asked it to.
+class QuietOutput {
+ public:
+  QuietOutput() : kept_(std::cout.rdbuf(nullptr)) {}
+  ~QuietOutput() { std::cout.rdbuf(kept_); }
+  QuietOutput(const QuietOutput&) = delete;
+  QuietOutput& operator=(const QuietOutput&) = delete;
+
+ private:
+  std::streambuf* kept_;
+};
+
 void readBrep(const std::filesystem::path& path, CadFile& file) {
+  std::istringstream in(readFile(path));
+  in.exceptions(std::ios::failbit | std::ios::badbit);  // it would read on and on behind the end
   TopoDS_Shape shape;
-  if (!BRepTools::Read(shape, path.c_str(), BRep_Builder()) || shape.IsNull()) {
-    broken(path, file.kind, "it is cut off or no BREP file");
+  try {
+    const QuietOutput quiet;
+    BRepTools::Read(shape, in, BRep_Builder());
+  } catch (const std::ios_base::failure&) {
+    broken(path, file.kind, "it is cut off or damaged");
   }
+  if (shape.IsNull()) broken(path, file.kind, "it is cut off or no BREP file");
   file.unit = {};
   XCAFDoc_DocumentTool::ShapeTool(file.document->Main())->AddShape(shape, false);
 }
@@ -153,16 +202,20 @@ CadFile readCadFile(const std::filesystem::path& path, FileKind kind) {
   const std::lock_guard lock(readerMutex());
   file.document = newDocument();
   try {
-    switch (kind) {
-      case FileKind::step:
-        readStep(path, file);
-        break;
-      case FileKind::iges:
-        readIges(path, file);
-        break;
-      default:
-        readBrep(path, file);
-        break;
+    const bool survived = survives([&] {
+      switch (kind) {
+        case FileKind::step:
+          return readStep(path, file);
+        case FileKind::iges:
+          return readIges(path, file);
+        default:
+          return readBrep(path, file);
+      }
+    });
+    if (!survived) {
+      file.document->IncrementRefCounter();  // half-built: never to be touched again, not even to destroy it
+      file.document.Nullify();
+      broken(path, kind, "it is damaged, its references lead nowhere");
     }
   } catch (const Standard_Failure& failure) {
     const char* message = failure.GetMessageString();

@@ -1,0 +1,72 @@
+#include "strak/exchange/signal_guard_occ.h"
+
+#include <array>
+#include <csetjmp>
+#include <csignal>
+#include <vector>
+
+namespace strak::cad {
+namespace {
+
+constexpr std::array kSignals{SIGSEGV, SIGBUS, SIGFPE};
+constexpr std::size_t kStackSize = 1 << 16;  // for the handler, because a recursion without end leaves none
+
+thread_local sigjmp_buf* wayOut = nullptr;
+std::array<struct sigaction, kSignals.size()> previous;
+
+void leave(int signal) {
+  if (wayOut != nullptr) siglongjmp(*wayOut, signal);
+  // Not ours: with the previous handler back in place the instruction fails again and goes there.
+  for (std::size_t i = 0; i < kSignals.size(); ++i) {
+    if (kSignals[i] == signal) sigaction(signal, &previous[i], nullptr);
+  }
+}
+
+// Handler and stack in place while it lives.
+class Handlers {
+ public:
+  Handlers() : memory_(kStackSize) {
+    stack_t stack{};
+    stack.ss_sp = memory_.data();
+    stack.ss_size = memory_.size();
+    sigaltstack(&stack, &oldStack_);
+    struct sigaction action {};
+    action.sa_handler = leave;
+    action.sa_flags = SA_ONSTACK;
+    sigemptyset(&action.sa_mask);
+    for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &action, &previous[i]);
+  }
+  ~Handlers() {
+    for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &previous[i], nullptr);
+    sigaltstack(&oldStack_, nullptr);
+  }
+  Handlers(const Handlers&) = delete;
+  Handlers& operator=(const Handlers&) = delete;
+
+ private:
+  std::vector<char> memory_;
+  stack_t oldStack_{};
+};
+
+}  // namespace
+
+bool survives(const std::function<void()>& work) {
+  const Handlers handlers;
+  sigjmp_buf buffer;
+  // Nothing between here and `work` changes a local variable, so none is undefined after the jump.
+  if (sigsetjmp(buffer, 1) != 0) {
+    wayOut = nullptr;
+    return false;
+  }
+  wayOut = &buffer;
+  try {
+    work();
+  } catch (...) {
+    wayOut = nullptr;
+    throw;
+  }
+  wayOut = nullptr;
+  return true;
+}
+
+}  // namespace strak::cad
