@@ -24,7 +24,7 @@ Eigen::Vector4d homogeneousPoint(const Net& net, Index row, bool rational) {
 
 // Moves the first point to the origin and returns where it was.
 Eigen::Vector3d moveToOrigin(Homogeneous& points) {
-  const Eigen::Vector3d origin = points.col(0).head<3>() / points(3, 0);
+  Eigen::Vector3d origin = points.col(0).head<3>() / points(3, 0);
   points.topRows<3>() -= origin * points.row(3);
   return origin;
 }
@@ -63,7 +63,7 @@ SurfacePiece::SurfacePiece(const Surface& surface, Index spanU, Index spanV)
     throw InvalidInput("the surface does not lie in space: give control points with three coordinates");
   }
   const int p = surface.degree(0), q = surface.degree(1);
-  points_.resize(4, (p + 1) * (q + 1));
+  points_.resize(4, Index{p + 1} * (q + 1));
   for (int i = 0; i <= p; ++i) {
     for (int j = 0; j <= q; ++j) {
       points_.col(i * (q + 1) + j) =
