@@ -84,7 +84,7 @@ void printTable(const FairReport& report) {
   constexpr std::size_t kMostRows = 40;
   Table table({"#", "<object", "<net", "energy", "after", "change", "plate", "after", "deviation", "gap", "<stopped by",
                "time"});
-  std::string notes;
+  std::vector<std::pair<std::string, std::vector<std::size_t>>> notes;  // a text and the objects it is about
   std::size_t rows = 0;
   for (std::size_t i = 0; i < report.objects.size(); ++i) {
     const auto& object = report.objects[i];
@@ -95,11 +95,16 @@ void printTable(const FairReport& report) {
                number(summary.energyAfter), change(summary.energyBefore, summary.energyAfter),
                number(object.plate.before), number(object.plate.after), number(object.deviationUpper),
                number(summary.gap), stopReasonName(summary.stopReason), duration(summary.seconds)});
-    for (const auto& note : object.notes) notes += fmt::format("  {}: {}\n", i + 1, note);
+    for (const auto& note : object.notes) {
+      auto place = std::find_if(notes.begin(), notes.end(), [&](const auto& known) { return known.first == note; });
+      if (place == notes.end()) place = notes.insert(notes.end(), {note, {}});
+      place->second.push_back(i);
+    }
   }
   if (!table.empty()) fmt::print("{}", table.text());
   if (rows > kMostRows) fmt::print("and {} more (--json or --report lists all)\n", rows - kMostRows);
-  if (!notes.empty()) fmt::print("notes:\n{}", notes);
+  if (!notes.empty()) fmt::print("notes:\n");
+  for (const auto& [note, numbers] : notes) fmt::print("  {}: {}\n", ranges(numbers), note);
   fmt::print("{}", leftAloneText(report.objects));
 }
 

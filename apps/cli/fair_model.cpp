@@ -12,6 +12,7 @@
 
 #include "apps/cli/console.h"
 #include "strak/base/error.h"
+#include "strak/report/trim_region.h"
 
 namespace strak::cli {
 
@@ -113,32 +114,42 @@ FairingPlan<D> planOf(const Model& model, const Job& job, const Spline<D>& splin
   }
 }
 
-// Looser on big nets: the figure must not cost more than the fairing.
-FairnessOptions fairnessOptions(Index points) {
+// Looser on big nets: the figure must not cost more than the fairing. Of a trimmed face only the visible part counts.
+FairnessOptions fairnessOptions(Index points, const TrimRegion* visible) {
   constexpr Index kBigNet = 10'000;
   FairnessOptions options;
   options.relativeError = points <= kBigNet ? 1e-3 : 1e-2;
+  if (visible != nullptr) {
+    options.context = visible;
+    options.inside = [](double u, double v, const void* region) {
+      return static_cast<const TrimRegion*>(region)->inside({u, v});
+    };
+  }
   return options;
 }
 
-void measure(const Curve& before, const Curve& after, FairedObject& entry) {
+void measure(const Object&, const Curve& before, const Curve& after, FairedObject& entry) {
   if (before.pointDimension() != 2 && before.pointDimension() != 3) return;
   entry.plate = {curveFairness(before).bending, curveFairness(after).bending};
 }
 
-void measure(const Surface& before, const Surface& after, FairedObject& entry) {
+void measure(const Object& object, const Surface& before, const Surface& after, FairedObject& entry) {
   if (before.pointDimension() != 3) return;
-  entry.fairnessBefore = surfaceFairness(before, fairnessOptions(before.net().rows()));
-  entry.fairnessAfter = surfaceFairness(after, fairnessOptions(after.net().rows()));
+  const bool whole = std::all_of(object.naturalSide.begin(), object.naturalSide.end(), [](bool side) { return side; });
+  std::optional<TrimRegion> visible;
+  if (!whole) visible.emplace(before, object.trims);
+  const TrimRegion* region = visible && !visible->isWholeDomain() ? &*visible : nullptr;
+  entry.fairnessBefore = surfaceFairness(before, fairnessOptions(before.net().rows(), region));
+  entry.fairnessAfter = surfaceFairness(after, fairnessOptions(after.net().rows(), region));
   entry.plate = {entry.fairnessBefore->plate, entry.fairnessAfter->plate};
 }
 
-void measure(const Volume&, const Volume&, FairedObject&) {}
+void measure(const Object&, const Volume&, const Volume&, FairedObject&) {}
 
 // What a person should be told when the energy and the true bending energy disagree.
 void noteHonestly(FairedObject& entry) {
-  const double rounding = 1e-3 * entry.plate.before;
-  if (entry.plate.after > entry.plate.before + rounding && entry.summary.energyAfter < entry.summary.energyBefore) {
+  const double error = entry.fairnessAfter ? std::max(1e-3, entry.fairnessAfter->relativeError) : 1e-3;
+  if (entry.plate.after > (1 + error) * entry.plate.before && entry.summary.energyAfter < entry.summary.energyBefore) {
     entry.notes.push_back(
         fmt::format("the energy fell, but the exact plate energy rose from {} to {}: the {} energy also rewards "
                     "sliding points along "
@@ -150,7 +161,8 @@ void noteHonestly(FairedObject& entry) {
 template <int D>
 void fairOne(const Model& model, const Job& job, const Spline<D>& spline, const FairModelOptions& options,
              const Progress& progress, FairedObject& entry) {
-  constexpr double kSolving = 0.85;  // the rest is for certifying and measuring
+  constexpr double kSolving = 0.85;         // the rest is for certifying and measuring
+  constexpr double kNothingGained = 1e-12;  // of the energy: rounding
   const auto energy = energyNamed<D>(options.energy);
   const auto plan = planOf(model, job, spline, energy, options);
   entry.notes.insert(entry.notes.end(), plan.notes.begin(), plan.notes.end());
@@ -163,6 +175,13 @@ void fairOne(const Model& model, const Job& job, const Spline<D>& spline, const 
     return progress.report(fraction < 0 ? fraction : kSolving * fraction, message);
   });
   auto faired = fairCertified(spline, plan, energy, fairing);
+  if (!(faired.summary.energyAfter < (1 - kNothingGained) * faired.summary.energyBefore)) {
+    faired.spline = spline;
+    faired.deviation = {};
+    faired.summary.energyAfter = faired.summary.energyBefore;
+    faired.summary.largestMove = 0;
+    entry.notes = {"already as fair as the tolerance and the held points allow: left as it was"};
+  }
   progress.report(kSolving, entry.name);
   entry.energyName = energy.name;
   entry.summary = faired.summary;
@@ -172,7 +191,7 @@ void fairOne(const Model& model, const Job& job, const Spline<D>& spline, const 
   entry.heldMaxMove = faired.heldMaxMove;
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   entry.plate = {kNone, kNone};
-  measure(spline, faired.spline, entry);
+  measure(objectAt(model, job.objects.front()), spline, faired.spline, entry);
   noteHonestly(entry);
   for (int k = 0; k < D; ++k) entry.points[static_cast<std::size_t>(k)] = faired.spline.size(k);
   entry.after = std::move(faired.spline);
