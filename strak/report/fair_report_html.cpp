@@ -175,17 +175,29 @@ std::string auditTable(const FairReport& report) {
 }
 
 std::string leftAloneTable(const FairReport& report) {
-  std::string rows;
+  // Objects of one kind that were left alone for the same reason share a row, in the order of the first of each.
+  struct Group {
+    std::string kind, reason, names;
+    std::size_t count = 0;
+  };
+  std::vector<Group> groups;
   for (std::size_t i = 0; i < report.objects.size(); ++i) {
     const FairedObject& o = report.objects[i];
     if (o.faired()) continue;
-    rows += rowStart(i) + nameCell(o) +
-            fmt::format("<td>{}</td></tr>\n", escaped(o.leftAlone.empty() ? "not chosen" : o.leftAlone));
+    const std::string reason = o.leftAlone.empty() ? "not chosen" : o.leftAlone;
+    auto group = std::find_if(groups.begin(), groups.end(),
+                              [&](const Group& g) { return g.kind == o.kind && g.reason == reason; });
+    if (group == groups.end()) group = groups.insert(group, {o.kind, reason, {}, 0});
+    group->names += fmt::format("{}{}", group->count++ ? ", " : "", escaped(o.name));
   }
-  if (rows.empty()) return {};
-  return "<h2>Left alone</h2>\n<div class=\"scroll\"><table>\n<thead><tr><th>Object</th><th>Why</th></tr></thead>\n"
-         "<tbody>\n" +
-         rows + "</tbody></table></div>\n";
+  if (groups.empty()) return {};
+  std::string out =
+      "<h2>Left alone</h2>\n<div class=\"scroll\"><table>\n<thead><tr><th>Kind</th><th>Why</th><th "
+      "class=\"n\">Number</th><th>Objects</th></tr></thead>\n<tbody>\n";
+  for (const Group& g : groups)
+    out += fmt::format("<tr><td>{}</td><td>{}</td>{}<td>{}</td></tr>\n", escaped(g.kind), escaped(g.reason),
+                       number(fmt::format("{}", g.count)), g.names);
+  return out + "</tbody></table></div>\n";
 }
 
 Object objectOf(const FairedObject& faired, bool after) {
@@ -202,6 +214,18 @@ RenderKind tellingKind(const Scene& scene) {
   return scene.plane ? RenderKind::isolines : RenderKind::isophotes;
 }
 
+// A picture of the objects that is no higher than they need.
+Picture fittedPicture(const std::vector<Object>& objects, RenderOptions& options) {
+  const Picture first = preparePicture(objects, options);
+  options.kind = tellingKind(first.scene);
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector3d& p : scenePoints(first.scene))
+    box.extend(Eigen::Vector2d(first.camera.project(p).head<2>()));
+  const double width = std::max(box.sizes().x(), 1.0);
+  options.height = std::clamp(static_cast<int>(box.sizes().y() / width * 600 + 90), 260, 560);
+  return preparePicture(objects, options);
+}
+
 // Before and after with the same camera and levels.
 std::string picturePair(const Picture& before, const std::vector<Object>& after, const RenderOptions& options,
                         const std::string& what) {
@@ -215,6 +239,11 @@ std::string picturePair(const Picture& before, const std::vector<Object>& after,
 std::string drawings(const FairReport& report, const std::vector<Object>& before, const std::vector<Object>& after,
                      const Picture& whole, const RenderOptions& options) {
   std::string out = "<h2>Drawings</h2>\n" + picturePair(whole, after, options, "the whole part");
+  const auto hidden =
+      std::count_if(report.objects.begin(), report.objects.end(), [](const FairedObject& o) { return !o.before; });
+  if (hidden > 0)
+    out += fmt::format("<p class=\"note\">Only splines are drawn; {} of other kinds {} not.</p>\n",
+                       hidden == 1 ? "one object" : fmt::format("{} objects", hidden), hidden == 1 ? "is" : "are");
   std::vector<std::pair<double, std::size_t>> faired;
   for (std::size_t i = 0; i < report.objects.size(); ++i)
     if (report.objects[i].faired()) faired.emplace_back(-report.objects[i].deviationLower, i);
@@ -227,11 +256,9 @@ std::string drawings(const FairReport& report, const std::vector<Object>& before
                     kSinglePictures);
   }
   for (const auto& [move, i] : faired) {
-    const std::vector<Object> one{before[i]};
     RenderOptions own = options;
-    const Picture picture = preparePicture(one, own);
-    own.kind = tellingKind(picture.scene);
-    out += picturePair(preparePicture(one, own), {after[i]}, own, escaped(report.objects[i].name));
+    const Picture picture = fittedPicture({before[i]}, own);
+    out += picturePair(picture, {after[i]}, own, escaped(report.objects[i].name));
   }
   return out;
 }
@@ -266,10 +293,8 @@ std::string fairReportHtml(const FairReport& report) {
   if (drawable) {
     RenderOptions options;
     options.width = 640;
-    options.height = 520;
-    Picture whole = preparePicture(before, options);
-    options.kind = tellingKind(whole.scene);
-    if (options.kind != RenderKind::isophotes) whole = preparePicture(before, options);
+    options.height = 560;
+    const Picture whole = fittedPicture(before, options);
     model.before = before;
     model.start = options;
     data = viewerData(model, whole);

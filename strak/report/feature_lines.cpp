@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "strak/metrology/curvature_comb.h"
 #include "strak/report/colour_map.h"
@@ -50,12 +51,23 @@ std::vector<std::vector<Eigen::Vector2d>> partsInside(const std::vector<Eigen::V
 
 std::vector<SpacePolyline> fieldLines(const SceneSurface& scene, const SurfaceField& field,
                                       const std::vector<double>& levels, double flatness) {
-  if (levels.empty()) return {};
   const Surface& surface = scene.surface;
   Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& p : scene.samples.points) box.extend(p);
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (std::size_t i = 0; i < scene.samples.points.size(); ++i) {
+    box.extend(scene.samples.points[i]);
+    const double value = field(scene.samples.points[i], scene.samples.normals[i]);
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
   const double size = box.isEmpty() ? 0 : box.diagonal().norm();
   if (!(size > 0)) return {};
+  // Only the levels that the mesh points reach, or nearly reach.
+  const double margin = 0.1 * (high - low) + 1e-3 * std::max(std::abs(low), std::abs(high));
+  std::vector<double> reached;
+  for (double level : levels)
+    if (level > low - margin && level < high + margin) reached.push_back(level);
+  if (reached.empty()) return {};
   LineOptions options;
   const double spans =
       static_cast<double>(surface.knots(0).spans().size()) * static_cast<double>(surface.knots(1).spans().size());
@@ -65,7 +77,7 @@ std::vector<SpacePolyline> fieldLines(const SceneSurface& scene, const SurfaceFi
   if (!scene.region.isWholeDomain())
     options.inside = [&region = scene.region](double u, double v) { return region.inside({u, v}); };
   std::vector<SpacePolyline> out;
-  for (SurfaceLine& line : levelLines(surface, field, levels, options)) out.push_back(std::move(line.points));
+  for (SurfaceLine& line : levelLines(surface, field, reached, options)) out.push_back(std::move(line.points));
   return out;
 }
 

@@ -19,6 +19,18 @@ void append(std::string& out, const Vector& p, int decimals = 2) {
   out += shortNumber(p.y(), decimals);
 }
 
+// The direction at q of the parabola through p, q and r.
+Vector tangent(const Vector& p, const Vector& q, const Vector& r) {
+  const double a = (q - p).norm(), b = (r - q).norm();
+  return ((q - p) * (b / a) + (r - q) * (a / b)).normalized();
+}
+
+// The direction at its start.
+Vector startTangent(const Vector& p, const Vector& q, const Vector& r) {
+  const double a = (q - p).norm(), b = (r - q).norm();
+  return ((q - p) * ((2 * a + b) / (a * (a + b))) - (r - q) * (a / (b * (a + b)))).normalized();
+}
+
 // Fits cubic Bezier curves to points[first..last] with the given directions at the ends, splitting where one is not
 // enough.
 class CurveFitter {
@@ -36,20 +48,25 @@ class CurveFitter {
     std::vector<double> t{0};
     for (std::size_t i = first + 1; i <= last; ++i) t.push_back(t.back() + (points_[i] - points_[i - 1]).norm());
     for (double& value : t) value /= t.back();
-    const auto [a, b] = handles(first, last, t, startDirection, endDirection, length);
-    const Vector p1 = from + startDirection * a, p2 = to + endDirection * b;
+    Vector p1, p2;
     double worst = 0;
-    for (std::size_t i = first + 1; i < last; ++i) {
-      // The parameter of a point is only known roughly: one step of Newton's method to the foot of the perpendicular.
-      const double error = distance(points_[i], t[i - first], from, p1, p2, to);
-      worst = std::max(worst, error);
+    // The parameters of the points are known only roughly at first: fit, find the feet of the perpendiculars, fit
+    // again.
+    for (int round = 0; round < 3; ++round) {
+      const auto [a, b] = handles(first, last, t, startDirection, endDirection, length);
+      p1 = from + startDirection * a;
+      p2 = to + endDirection * b;
+      worst = 0;
+      for (std::size_t i = first + 1; i < last; ++i)
+        worst = std::max(worst, improve(t[i - first], points_[i], from, p1, p2, to));
+      if (worst <= kTolerance || worst > 20 * kTolerance) break;
     }
     if (worst <= kTolerance) {
       curveTo(p1, p2, to);
       return;
     }
     const std::size_t split = (first + last) / 2;
-    const Vector direction = (points_[split + 1] - points_[split - 1]).normalized();
+    const Vector direction = tangent(points_[split - 1], points_[split], points_[split + 1]);
     fit(first, split, startDirection, -direction);
     fit(split, last, direction, endDirection);
   }
@@ -94,16 +111,17 @@ class CurveFitter {
     return usable ? std::pair{solution.x(), solution.y()} : std::pair{length / 3, length / 3};
   }
 
-  static double distance(const Vector& point, double t, const Vector& p0, const Vector& p1, const Vector& p2,
-                         const Vector& p3) {
-    for (int step = 0; step < 2; ++step) {
+  // The distance of a point from the curve near t; moves t by one step of Newton's method to where it is least.
+  static double improve(double& t, const Vector& point, const Vector& p0, const Vector& p1, const Vector& p2,
+                        const Vector& p3) {
+    const auto offset = [&] {
       const double r = 1 - t;
-      const Vector x = p0 * (r * r * r) + p1 * (3 * r * r * t) + p2 * (3 * r * t * t) + p3 * (t * t * t) - point;
-      if (step == 1) return x.norm();
-      const Vector d = (p1 - p0) * (3 * r * r) + (p2 - p1) * (6 * r * t) + (p3 - p2) * (3 * t * t);
-      if (d.squaredNorm() > 0) t = std::clamp(t - x.dot(d) / d.squaredNorm(), 0.0, 1.0);
-    }
-    return 0;
+      return Vector(p0 * (r * r * r) + p1 * (3 * r * r * t) + p2 * (3 * r * t * t) + p3 * (t * t * t) - point);
+    };
+    const double r = 1 - t;
+    const Vector d = (p1 - p0) * (3 * r * r) + (p2 - p1) * (6 * r * t) + (p3 - p2) * (3 * t * t);
+    if (d.squaredNorm() > 0) t = std::clamp(t - offset().dot(d) / d.squaredNorm(), 0.0, 1.0);
+    return offset().norm();
   }
 
   const PicturePolyline& points_;
@@ -174,7 +192,12 @@ std::string smoothPath(const PicturePolyline& line) {
     const bool last = i + 1 == points.size();
     const bool corner = !last && direction(i - 1, i).dot(direction(i, i + 1)) < std::cos(0.52);
     if (!last && !corner) continue;
-    fitter.fit(start, i, direction(start, start + 1), direction(i, i - 1));
+    if (i - start > 1) {
+      fitter.fit(start, i, startTangent(points[start], points[start + 1], points[start + 2]),
+                 startTangent(points[i], points[i - 1], points[i - 2]));
+    } else {
+      fitter.fit(start, i, direction(start, i), direction(i, start));
+    }
     start = i;
   }
   return std::move(fitter.out);
