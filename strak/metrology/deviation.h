@@ -8,7 +8,7 @@ namespace strak {
 
 template <int D>
 struct Deviation {
-  double lower = 0;               // |A(place) - B(place)|, really reached
+  double lower = 0;               // |A(place) - B(place)|, really reached (rounding taken off)
   double upper = 0;               // no parameter has a larger distance: proven, rounding included
   std::array<double, D> place{};  // where `lower` was measured
 };
