@@ -52,14 +52,14 @@ class CurveFitter {
     double worst = 0;
     // The parameters of the points are known only roughly at first: fit, find the feet of the perpendiculars, fit
     // again.
-    for (int round = 0; round < 3; ++round) {
+    for (int round = 0; round < 6; ++round) {
       const auto [a, b] = handles(first, last, t, startDirection, endDirection, length);
       p1 = from + startDirection * a;
       p2 = to + endDirection * b;
       worst = 0;
       for (std::size_t i = first + 1; i < last; ++i)
         worst = std::max(worst, improve(t[i - first], points_[i], from, p1, p2, to));
-      if (worst <= kTolerance || worst > 20 * kTolerance) break;
+      if (worst <= kTolerance || worst > 6 * kTolerance) break;
     }
     if (worst <= kTolerance) {
       curveTo(p1, p2, to);

@@ -137,7 +137,7 @@ inline std::string xmlFault(const std::string& text) {
   return open.empty() && hadRoot ? "" : "not closed";
 }
 
-// The total length and the number of points of the straight lines between the points of path data (M, L, C, Z).
+// The length and the number of pieces of the path of a class in a drawing.
 struct PathSize {
   double length = 0;
   int pieces = 0;
@@ -153,11 +153,22 @@ inline PathSize pathSize(const std::string& svg, const std::string& cssClass) {
   const auto flush = [&] {
     for (std::size_t i = 0; i + 1 < numbers.size(); i += 2) {
       p = {numbers[i], numbers[i + 1]};
+      if (command == 'C') {
+        if (i % 6 != 4) continue;
+        const Eigen::Vector2d b(numbers[i - 4], numbers[i - 3]), c(numbers[i - 2], numbers[i - 1]), a = last;
+        for (int k = 1; k <= 16; ++k) {
+          const double t = k / 16.0, r = 1 - t;
+          const Eigen::Vector2d x = a * (r * r * r) + b * (3 * r * r * t) + c * (3 * r * t * t) + p * (t * t * t);
+          size.length += (x - last).norm();
+          last = x;
+        }
+        continue;
+      }
       if (command == 'M' && i == 0)
         ++size.pieces;
-      else if (command != 'C' || i % 6 == 4)
+      else
         size.length += (p - last).norm();
-      if (command != 'C' || i % 6 == 4) last = p;
+      last = p;
     }
     numbers.clear();
   };
