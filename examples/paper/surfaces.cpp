@@ -1,6 +1,7 @@
 #include "examples/paper/surfaces.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -42,13 +43,13 @@ Eigen::MatrixXd collocation(const KnotVector& knots, Index count) {
 // after the other: for a grid that is the whole least-squares solution.
 Approximation approximate(const std::array<KnotVector, 2>& knots, Index rows, Index columns,
                           const std::function<Eigen::RowVector3d(double, double)>& shape,
-                          const std::function<double()>& noise) {
+                          const std::function<double(double, double)>& noise) {
   Net points(rows * columns, 3);
   for (Index i = 0; i < rows; ++i) {
     for (Index j = 0; j < columns; ++j) {
       const double s = static_cast<double>(i) / static_cast<double>(rows - 1);
       const double t = static_cast<double>(j) / static_cast<double>(columns - 1);
-      points.row(i * columns + j) = shape(s, t) + Eigen::RowVector3d(0, 0, noise());
+      points.row(i * columns + j) = shape(s, t) + Eigen::RowVector3d(0, 0, noise(s, t));
     }
   }
   const Eigen::MatrixXd u = collocation(knots[0], rows);
@@ -117,7 +118,7 @@ Approximation noisySheet() {
     return {348 * s, 255 * t, 14 * (1 - x * x) + 7 * (1 - y * y) + 4 * x * y};
   };
   return approximate({KnotVector::uniformClamped(3, 10, 0, 10), KnotVector::uniformClamped(3, 12, 0, 12)}, 81, 97,
-                     shape, [&] { return 0.925 * noise.gaussian(); });
+                     shape, [&](double, double) { return 0.925 * noise.gaussian(); });
 }
 
 Approximation bodyPanel() {
@@ -128,8 +129,11 @@ Approximation bodyPanel() {
     return {149 * s, 38 * t + 3 * std::sin(3 * s),
             6 * std::sin(std::numbers::pi * s) * (1 - 0.4 * t) + 2.5 * crease - 5 * t * t};
   };
-  Approximation panel = approximate({repeatedKnots(3, 17, 3), repeatedKnots(3, 4, 3)}, 120, 32, shape,
-                                    [&] { return 0.25 * noise.gaussian(); });
+  // The edges are cut to a template: there the points are exact.
+  const auto error = [&](double s, double t) {
+    return 0.3 * std::min(1.0, 20 * std::min({s, 1 - s, t, 1 - t})) * noise.gaussian();
+  };
+  Approximation panel = approximate({repeatedKnots(3, 17, 3), repeatedKnots(3, 4, 3)}, 120, 32, shape, error);
   for (int k = 0; k < 2; ++k) {
     panel.surface = removeKnots<2>(panel.surface, k, innerValues(panel.surface.knots(k))).spline;
   }
