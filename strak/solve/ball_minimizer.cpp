@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "strak/base/error.h"
+#include "strak/solve/alternating_directions.h"
 #include "strak/solve/kernels.h"
 
 namespace strak {
@@ -226,7 +226,10 @@ BallResult minimizeFreely(const BallProblem& p, const BallOptions& options, Fiel
   }
 }
 
-BallResult minimizeInBalls(const BallProblem& p, const BallOptions& options, Field& e) {
+namespace {
+
+// Accelerated projected gradients from e = 0.
+BallResult minimizeByProjectedGradients(const BallProblem& p, const BallOptions& options, Field& e) {
   const BoxLayout& layout = p.energy->layout();
   const auto& k = kernels::chosen();
   const Field diagonal = p.energy->diagonal();
@@ -310,6 +313,29 @@ BallResult minimizeInBalls(const BallProblem& p, const BallOptions& options, Fie
     p.energy->apply(x, kx);
     t = restart > 0 ? 1 : tNext;
   }
+}
+
+}  // namespace
+
+BallResult minimizeInBalls(const BallProblem& p, const BallOptions& options, Field& e) {
+  // Most nets are certified by then; the others are stiff and better served by a factor if they are small enough.
+  constexpr Index kPatience = 800;
+  if (p.energy->layout().points() > kMaxFactoredPoints) return minimizeByProjectedGradients(p, options, e);
+  BallOptions first = options;
+  first.maxIterations = std::min(options.maxIterations, kPatience);
+  BallResult result = minimizeByProjectedGradients(p, first, e);
+  if (result.stop == BallResult::Stop::gap || result.stop == BallResult::Stop::cancelled ||
+      result.iterations >= options.maxIterations) {
+    return result;
+  }
+  BallOptions second = options;
+  second.maxIterations = options.maxIterations - result.iterations;
+  const double lowerValue = result.value - result.bound;
+  const Index before = result.iterations;
+  result = minimizeByAlternatingDirections(p, second, e);
+  result.iterations += before;
+  result.bound = std::min(result.bound, std::max(result.value - lowerValue, 0.0));
+  return result;
 }
 
 BallResult boundAt(const BallProblem& p, const Field& e) {

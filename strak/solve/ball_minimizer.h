@@ -44,7 +44,8 @@ BallResult minimizeFreely(const BallProblem& problem, const BallOptions& options
 // against the gradient). The bound is the smaller of
 //   Frank-Wolfe:  sum_r 2 (h_r . e_r + radius |h_r|),  h = K e + g, and the
 //   dual bound:   sum_r lambda_r (radius^2 - |e_r|^2) + r . (K + Lambda)^-1 r,  r = h + Lambda e, any lambda >= 0,
-// where the inverse is solved for approximately and its remainder bounded by P^-1.
+// where the inverse is solved for approximately and its remainder bounded by P^-1. Where that does not reach the gap
+// soon and the box is small enough for a sparse factor, alternating directions take over (alternating_directions.h).
 BallResult minimizeInBalls(const BallProblem& problem, const BallOptions& options, Field& e);
 
 // The value and the bound at a given field, without moving it: infinite where nothing is proven. e must be zero at held
