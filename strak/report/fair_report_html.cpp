@@ -25,7 +25,9 @@ std::string withUnit(double value, const std::string& unit, int digits = 4) {
 std::string change(double before, double after) {
   if (!(before > 0) || !std::isfinite(before) || !std::isfinite(after)) return "\u2013";
   const double percent = 100 * (after - before) / before;
-  const int decimals = std::abs(percent) < 0.1 ? 3 : std::abs(percent) < 99 ? 1 : 2;
+  // Enough decimals to tell a small change from none, and nearly all from all.
+  const double telling = std::min(std::abs(percent), percent < 0 ? 100 + percent : 100.0);
+  const int decimals = telling > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(telling))), 1, 4) : 1;
   const std::string text = shortNumber(std::abs(percent), decimals);
   if (text == "0") return "0\u00A0%";
   return fmt::format("<span class=\"{}\">{}{}\u00A0%</span>", percent < 0 ? "better" : "worse",
@@ -231,36 +233,50 @@ std::string picturePair(const Picture& before, const std::vector<Object>& after,
                         const std::string& what) {
   const auto range = pictureRange(before, options);
   const Picture second = preparePicture(after, options, &before.camera);
-  return fmt::format("<div class=\"pair\">\n{}{}</div>\n",
+  return fmt::format("{}{}",
                      htmlFigure(drawPicture(before, options, range), fmt::format("<b>Before</b> \u2013 {}", what)),
                      htmlFigure(drawPicture(second, options, range), fmt::format("<b>After</b> \u2013 {}", what)));
 }
 
+// How far the faired objects moved, seen as in `whole`.
+std::string deviationMap(const std::vector<Object>& before, const std::vector<Object>& after, const Picture& whole,
+                         RenderOptions options) {
+  options.kind = RenderKind::deviation;
+  options.reference = before;
+  options.view = whole.camera.view();
+  options.up = whole.camera.up();
+  return htmlFigure(renderSvg(after, options), "<b>Deviation</b> \u2013 moved along the normal, the whole part");
+}
+
 std::string drawings(const FairReport& report, const std::vector<Object>& before, const std::vector<Object>& after,
                      const Picture& whole, const RenderOptions& options) {
-  std::string out = "<h2>Drawings</h2>\n" + picturePair(whole, after, options, "the whole part");
+  std::vector<std::pair<double, std::size_t>> faired;
+  for (std::size_t i = 0; i < report.objects.size(); ++i)
+    if (report.objects[i].faired()) faired.emplace_back(-report.objects[i].deviationLower, i);
+  std::sort(faired.begin(), faired.end());
+
+  std::string out = "<h2>Drawings</h2>\n<div class=\"pair\">\n" + picturePair(whole, after, options, "the whole part");
+  if (!faired.empty() && !whole.scene.surfaces.empty()) out += deviationMap(before, after, whole, options);
+  out += "</div>\n";
   const auto hidden =
       std::count_if(report.objects.begin(), report.objects.end(), [](const FairedObject& o) { return !o.before; });
   if (hidden > 0)
     out += fmt::format("<p class=\"note\">Only splines are drawn; {} of other kinds {} not.</p>\n",
                        hidden == 1 ? "one object" : fmt::format("{} objects", hidden), hidden == 1 ? "is" : "are");
-  std::vector<std::pair<double, std::size_t>> faired;
-  for (std::size_t i = 0; i < report.objects.size(); ++i)
-    if (report.objects[i].faired()) faired.emplace_back(-report.objects[i].deviationLower, i);
-  if (report.objects.size() == 1) return out;
-  std::sort(faired.begin(), faired.end());
+  if (report.objects.size() == 1 || faired.empty()) return out;
   if (faired.size() > kSinglePictures) {
     faired.resize(kSinglePictures);
-    out +=
-        fmt::format("<p class=\"note\">The {} objects that moved most; the view above shows each of the others.</p>\n",
-                    kSinglePictures);
+    out += fmt::format("<p class=\"note\">The {} objects that moved most; the view above shows the others.</p>\n",
+                       kSinglePictures);
   }
+  out += "<div class=\"pair small\">\n";
   for (const auto& [move, i] : faired) {
     RenderOptions own = options;
+    own.caption = false;
     const Picture picture = fittedPicture({before[i]}, own);
     out += picturePair(picture, {after[i]}, own, escaped(report.objects[i].name));
   }
-  return out;
+  return out + "</div>\n";
 }
 
 std::string header(const FairReport& report) {

@@ -24,7 +24,7 @@ in vec3 n;
 in float value;
 uniform int kind;
 uniform vec3 eye, light, ground;
-uniform float steps;
+uniform float steps, stroke;
 uniform vec2 range;
 uniform vec3 colours[9];
 out vec4 colour;
@@ -40,8 +40,8 @@ void main() {
   if (kind == 0) {                                  // isophotes: lines at n.L = (k + 1/2) step
     float f = dot(m, light) * steps;
     float width = max(fwidth(f), 1e-6);
-    float line = 1.0 - smoothstep(0.2 * width, 1.0 * width, abs(fract(f) - 0.5));
-    line = mix(line, min(width, 0.7), smoothstep(0.3, 0.6, width));  // too dense to be told apart: their average
+    float line = 1.0 - smoothstep((stroke - 0.6) * width, (stroke + 0.6) * width, abs(fract(f) - 0.5));
+    line = mix(line, min(1.6 * stroke * width, 0.6), smoothstep(0.35, 0.65, width));  // too dense: their average
     base = mix(mix(ground, base, 0.6), vec3(0.11, 0.15, 0.2), line);
   } else if (kind == 1) {                           // zebra: stripes of the reflected direction
     float f = dot(reflect(-eye, m), light) * steps + 0.5;
@@ -149,6 +149,7 @@ class StrakPainter {
     gl.uniform3fv(places.light, look.light);
     gl.uniform3fv(places.ground, look.compare && !part.changed ? [0.9, 0.9, 0.9] : [0.95, 0.96, 0.975]);
     gl.uniform1f(places.steps, look.steps);
+    gl.uniform1f(places.stroke, look.stroke);
     gl.uniform2fv(places.range, look.range);
     gl.uniform3fv(places.colours, this.colours);
     this.attribute(places.point, mesh.points.buffer, 3);

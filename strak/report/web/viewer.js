@@ -130,8 +130,7 @@ class StrakViewer {
 
   move(dx, dy) {
     const v = this.view, [, , width, height] = this.rectangles()[0];
-    const ratio = this.canvas.width / Math.max(this.canvas.clientWidth, 1);
-    const unit = ratio / (v.zoom * Math.min(width, height) / 2);
+    const unit = this.ratio() / (v.zoom * Math.min(width, height) / 2);
     v.centre = v.centre.map((x, k) => x - (dx * v.right[k] - dy * v.up[k]) * unit);
   }
 
@@ -164,8 +163,11 @@ class StrakViewer {
     this.later();
   }
 
+  // Pixels of the canvas per pixel of the page: at least two, for fine lines.
+  ratio() { return Math.min(Math.max(window.devicePixelRatio || 1, 2), 3); }
+
   resize() {
-    const canvas = this.canvas, ratio = Math.min(window.devicePixelRatio || 1, 2.5);
+    const canvas = this.canvas, ratio = this.ratio();
     const width = Math.max(Math.round(canvas.clientWidth * ratio), 2);
     const height = Math.max(Math.round(canvas.clientHeight * ratio), 2);
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
@@ -189,7 +191,7 @@ class StrakViewer {
     const map = ranges[kind] || [0, 1], middle = (map[0] + map[1]) / 2;
     const spread = (map[1] - map[0]) / 2 * 10 ** this.inputs.range.value;
     return {
-      ...this.view, kind, compare: scene.compare, light: this.light(), depth: 0.5 / scene.size,
+      ...this.view, kind, stroke: 0.35 * this.ratio(), compare: scene.compare, light: this.light(), depth: 0.5 / scene.size,
       steps: this.inputs.density.value / (light[1] - light[0]), range: [middle - spread, middle + spread],
       combs: this.inputs.combs.checked, isolines: this.inputs.isolines.checked,
       combScale: ranges.combs > 0 ? 0.08 * scene.size / ranges.combs * 10 ** this.inputs.comb.value : 0,
