@@ -108,7 +108,7 @@ class Painter {
 
   // A pale tone under line drawings tells surfaces from holes.
   void drawGround() {
-    svg_.open("fill=\"#f1f4f7\" fill-rule=\"evenodd\"");
+    svg_.open("fill=\"#f1f4f7\" stroke=\"#f1f4f7\" stroke-width=\".4\" fill-rule=\"evenodd\"");
     for (const SceneSurface& surface : picture_.scene.surfaces) {
       const PictureMesh mesh = pictureMesh(surface, std::vector<double>(surface.samples.points.size(), 0.0));
       svg_.path(visibleBands(mesh, {}, picture_.depth).front(), "");

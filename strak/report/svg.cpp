@@ -61,7 +61,8 @@ class CurveFitter {
         worst = std::max(worst, improve(t[i - first], points_[i], from, p1, p2, to));
       if (worst <= kTolerance || worst > 6 * kTolerance) break;
     }
-    if (worst <= kTolerance) {
+    // Legs that pass each other make loops and cusps between the points.
+    if (worst <= kTolerance && (p2 - p1).dot(to - from) > 0) {
       curveTo(p1, p2, to);
       return;
     }

@@ -89,6 +89,27 @@ RC_GTEST_PROP(Svg, SmoothPathsStayWithATenthOfAPixel, ()) {
   const std::string path = smoothPath(line);
   for (std::size_t i = 0; i < line.size(); i += 7) RC_ASSERT(distanceToPath(line[i], path) < 0.1);
   RC_ASSERT(path.size() < 40 * line.size());
+  // No loops or spikes between the points either.
+  double length = 0;
+  for (std::size_t i = 1; i < line.size(); ++i) length += (line[i] - line[i - 1]).norm();
+  RC_ASSERT(test::pathSize("class=\"x\" d=\"" + path + "\"", "x").length < 1.01 * length + 0.1);
+}
+
+TEST(Svg, UnevenlySpacedPointsMakeNoSpikes) {
+  // A line that the tracer of isophotes left: long steps beside short ones.
+  for (double step : {0.02, 0.3, 2.0, 9.0}) {
+    PicturePolyline line;
+    double x = 0;
+    for (int i = 0; i < 120; ++i) {
+      x += i % 7 == 0 ? step : i % 3 == 0 ? 11.0 : 0.7;
+      line.emplace_back(x, 40 * std::exp(-x * x / 2e4) + 1e-3 * (i % 2));
+    }
+    double length = 0;
+    for (std::size_t i = 1; i < line.size(); ++i) length += (line[i] - line[i - 1]).norm();
+    const std::string path = smoothPath(line);
+    EXPECT_LT(test::pathSize("class=\"x\" d=\"" + path + "\"", "x").length, 1.01 * length) << step;
+    for (const auto& p : line) EXPECT_LT(distanceToPath(p, path), 0.1);
+  }
 }
 
 TEST(Svg, AHalfCircleNeedsFewCurves) {
