@@ -72,7 +72,7 @@ KnotVector repeatedKnots(int degree, Index spans, int multiplicity) {
   for (Index i = 1; i < spans; ++i) {
     knots.insert(knots.end(), static_cast<std::size_t>(multiplicity), static_cast<double>(i));
   }
-  knots.insert(knots.end(), static_cast<std::size_t>(degree + 1), static_cast<double>(spans));
+  knots.insert(knots.end(), static_cast<std::size_t>(degree) + 1, static_cast<double>(spans));
   return {degree, std::move(knots)};
 }
 
