@@ -102,11 +102,14 @@ std::string fairnessTable(const FairReport& report) {
     rows += rowStart(i) + nameCell(o) +
             fmt::format("<td>{}</td>", escaped(o.energyName.empty() ? "\u2013" : o.energyName)) +
             beforeAfter(o.summary.energyBefore, o.summary.energyAfter) + beforeAfter(o.plate.before, o.plate.after);
-    const SurfaceFairness none;
-    const SurfaceFairness& a = o.fairnessBefore ? *o.fairnessBefore : none;
-    const SurfaceFairness& b = o.fairnessAfter ? *o.fairnessAfter : none;
-    rows += beforeAfter(a.curvatureVariation, b.curvatureVariation) +
-            beforeAfter(a.isophoteRoughness, b.isophoteRoughness) + "</tr>\n";
+    if (o.fairnessBefore && o.fairnessAfter) {
+      const SurfaceFairness &a = *o.fairnessBefore, &b = *o.fairnessAfter;
+      rows += beforeAfter(a.curvatureVariation, b.curvatureVariation) +
+              beforeAfter(a.isophoteRoughness, b.isophoteRoughness);
+    } else {
+      for (int k = 0; k < 6; ++k) rows += number("\u2013");
+    }
+    rows += "</tr>\n";
   }
   if (rows.empty()) return {};
   std::string heads;

@@ -27,7 +27,7 @@ class StrakViewer {
     input("viewer").hidden = false;
     input("noViewer").hidden = true;
     if (!scene.compare) for (const id of ["layoutField", "tagLeft", "tagRight"]) input(id).hidden = true;
-    if (!this.hasSurfaces) input("kinds").hidden = true;
+    if (!this.hasSurfaces) for (const id of ["kinds", "isolinesField"]) input(id).hidden = true;
     document.querySelector('[data-kind="deviation"]').hidden = !scene.compare;
     this.reset();
     new ResizeObserver(() => this.later()).observe(this.canvas);
