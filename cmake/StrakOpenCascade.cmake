@@ -12,7 +12,7 @@ if(cadSources)
   target_compile_definitions(strak_cad PUBLIC STRAK_HAS_CAD)
   target_link_libraries(strak_cad PRIVATE $<BUILD_INTERFACE:strak_flags>)
   target_link_libraries(strak_cad PUBLIC strak_exchange
-    PRIVATE TKXDESTEP TKXDEIGES TKSTEP TKIGES TKXSBase TKXCAF TKLCAF TKCAF TKCDF TKShHealing TKTopAlgo TKMesh TKBO TKPrim TKGeomAlgo TKGeomBase TKBRep TKG3d TKG2d TKMath TKernel)
+    PRIVATE TKXDESTEP TKXDEIGES TKSTEP TKSTEPBase TKIGES TKXSBase TKXCAF TKLCAF TKCAF TKCDF TKShHealing TKTopAlgo TKMesh TKBO TKPrim TKGeomAlgo TKGeomBase TKBRep TKG3d TKG2d TKMath TKernel)
   add_library(strak::cad ALIAS strak_cad)
   set_target_properties(strak_cad PROPERTIES EXPORT_NAME cad)
   set_property(GLOBAL APPEND PROPERTY STRAK_ROOMS strak_cad)

@@ -35,7 +35,10 @@ struct CadFile {
   FileKind kind = FileKind::step;
   LengthUnit unit;
   std::string stepSchema = "AP214IS";  // "AP203", "AP214IS", "AP242DIS": as the file has it
-  bool igesSolids = false;             // the IGES file has shells or solids, not single faces
+  // How exact a STEP file says it is, in millimetres; readers judge trimming curves by it. 0 where the file says
+  // nothing: then the largest tolerance of an edge is written.
+  double uncertainty = 0;
+  bool igesSolids = false;  // the IGES file has shells or solids, not single faces
 
   CadFile() = default;
   CadFile(const CadFile&) = delete;

@@ -31,6 +31,7 @@
 #include "strak/exchange/cad_file_occ.h"
 #include "strak/exchange/cad_geometry_occ.h"
 #include "strak/exchange/face_border_occ.h"
+#include "strak/exchange/periodic_occ.h"
 #include "strak/exchange/replaceable.h"
 #include "strak/exchange/shared_geometry_occ.h"
 #include "strak/spline/evaluate.h"
@@ -68,6 +69,7 @@ std::string why(const std::string& kind) { return fmt::format("a {} is not a B-s
 class CadModel : public Model {
  public:
   explicit CadModel(CadFile file) : file_(std::move(file)), names_(namesOf(file_)) {
+    openPeriodic(file_.shape);
     addFaces();
     addFreeEdges(objects_.empty());
     for (const auto& [key, shared] : surfaces_) note(shared.objects);

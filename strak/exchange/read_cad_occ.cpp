@@ -9,6 +9,8 @@
 #include <Interface_Static.hxx>
 #include <STEPCAFControl_Reader.hxx>
 #include <Standard_Failure.hxx>
+#include <StepBasic_MeasureValueMember.hxx>
+#include <StepBasic_UncertaintyMeasureWithUnit.hxx>
 #include <TColStd_SequenceOfAsciiString.hxx>
 #include <TCollection_HAsciiString.hxx>
 #include <TDF_LabelSequence.hxx>
@@ -97,6 +99,18 @@ void requireSound(const std::filesystem::path& path, FileKind kind, const Interf
   }
 }
 
+// The largest length uncertainty that the file states, in its unit.
+double statedUncertainty(const Interface_InterfaceModel& model) {
+  double largest = 0;
+  for (int i = 1; i <= model.NbEntities(); ++i) {
+    const auto* stated = dynamic_cast<const StepBasic_UncertaintyMeasureWithUnit*>(model.Value(i).get());
+    if (stated == nullptr || stated->ValueComponentMember().IsNull()) continue;
+    if (stated->ValueComponentMember()->Matches("LENGTH_MEASURE"))
+      largest = std::max(largest, stated->ValueComponent());
+  }
+  return largest;
+}
+
 void readStep(const std::filesystem::path& path, CadFile& file) {
   STEPCAFControl_Reader reader;
   Interface_Static::SetIVal("read.stepcaf.subshapes.name", 1);
@@ -105,6 +119,7 @@ void readStep(const std::filesystem::path& path, CadFile& file) {
   TColStd_SequenceOfAsciiString lengths, angles, solidAngles;
   reader.ChangeReader().FileUnits(lengths, angles, solidAngles);
   file.unit = unitNamed(lengths.IsEmpty() ? "mm" : lengths.First().ToCString());
+  file.uncertainty = statedUncertainty(*reader.Reader().WS()->Model()) * file.unit.millimetres;
   file.stepSchema = schemaOf(path);
   if (!reader.Transfer(file.document)) broken(path, file.kind, "it holds no shape");
 }

@@ -1,15 +1,25 @@
 #include <BRepTools.hxx>
 #include <IGESCAFControl_Writer.hxx>
 #include <IGESControl_Controller.hxx>
+#include <IGESData_IGESModel.hxx>
+#include <IGESData_IGESWriter.hxx>
+#include <IGESData_Protocol.hxx>
+#include <IGESSelect_WorkLibrary.hxx>
 #include <Interface_Static.hxx>
 #include <STEPCAFControl_Controller.hxx>
 #include <STEPCAFControl_Writer.hxx>
 #include <Standard_Failure.hxx>
+#include <StepData_Protocol.hxx>
+#include <StepData_StepModel.hxx>
+#include <StepData_StepWriter.hxx>
 #include <TDF_LabelSequence.hxx>
 #include <XCAFDoc_DocumentTool.hxx>
 #include <XCAFDoc_ShapeTool.hxx>
+#include <XSControl_WorkSession.hxx>
 
 #include <fmt/format.h>
+
+#include <fstream>
 
 #include "strak/base/error.h"
 #include "strak/base/file.h"
@@ -18,21 +28,36 @@
 namespace strak::cad {
 namespace {
 
-bool writeStep(const CadFile& file, const std::filesystem::path& path) {
+// 17 digits, so that what is written is read back to the bit; the writers' own formats keep 13.
+constexpr const char* kNumberFormat = "%.16E";
+
+bool writeStep(const CadFile& file, std::ostream& out) {
   STEPCAFControl_Controller::Init();
   Interface_Static::SetIVal("write.step.unit", file.unit.flag);
   Interface_Static::SetCVal("write.step.schema", file.stepSchema.c_str());
   Interface_Static::SetIVal("write.stepcaf.subshapes.name", 1);
+  Interface_Static::SetIVal("write.precision.mode", file.uncertainty > 0 ? 2 : 1);  // as given; the largest
+  Interface_Static::SetRVal("write.precision.val", file.uncertainty);
   STEPCAFControl_Writer writer;
-  return writer.Transfer(file.document, STEPControl_AsIs) && writer.Write(path.c_str()) == IFSelect_RetDone;
+  if (!writer.Transfer(file.document, STEPControl_AsIs)) return false;
+  const Handle(XSControl_WorkSession) session = writer.Writer().WS();
+  StepData_StepWriter text(Handle(StepData_StepModel)::DownCast(session->Model()));
+  text.FloatWriter().SetFormat(kNumberFormat);
+  text.SendModel(Handle(StepData_Protocol)::DownCast(session->Protocol()));
+  return text.Print(out);
 }
 
-bool writeIges(const CadFile& file, const std::filesystem::path& path) {
+bool writeIges(const CadFile& file, std::ostream& out) {
   IGESControl_Controller::Init();
   Interface_Static::SetIVal("write.iges.unit", file.unit.flag);
   Interface_Static::SetIVal("write.iges.brep.mode", file.igesSolids ? 1 : 0);
   IGESCAFControl_Writer writer;
-  return writer.Transfer(file.document) && writer.Write(path.c_str());
+  if (!writer.Transfer(file.document)) return false;
+  writer.ComputeModel();
+  IGESData_IGESWriter text(writer.Model());
+  text.FloatWriter().SetFormat(kNumberFormat);
+  text.SendModel(IGESSelect_WorkLibrary::DefineProtocol());
+  return text.Print(out);
 }
 
 }  // namespace
@@ -40,20 +65,25 @@ bool writeIges(const CadFile& file, const std::filesystem::path& path) {
 void writeCadFile(const CadFile& file, const std::filesystem::path& path, FileKind kind) {
   const std::lock_guard lock(readerMutex());
   writeBeside(path, [&](const std::filesystem::path& temporary) {
+    std::ofstream out(temporary, std::ios::binary);
     bool written = false;
     std::string reason = "check that the folder may be written to and the disk has space";
     try {
+      bool made = true;
       switch (kind) {
         case FileKind::step:
-          written = writeStep(file, temporary);
+          made = writeStep(file, out);
           break;
         case FileKind::iges:
-          written = writeIges(file, temporary);
+          made = writeIges(file, out);
           break;
         default:
-          written = BRepTools::Write(file.shape, temporary.c_str());
+          BRepTools::Write(file.shape, out);
           break;
       }
+      if (!made) reason = "Open CASCADE cannot express it";
+      out.close();
+      written = made && out.good();
     } catch (const Standard_Failure& failure) {
       reason = fmt::format("Open CASCADE gives up ({})", failure.GetMessageString());
     }
