@@ -14,27 +14,24 @@ namespace {
 constexpr double kKnotSide = 1e-7;  // distance of the two copies of a knot, relative to the domain
 
 // Mesh lines in one direction: the knots, and `cells` cells in all, half of them shared out evenly among the spans and
-// half by length. With more spans than cells only the ends and the knots of low continuity stay.
+// half by length. With more spans than cells only some knots stay: the ends and those of low continuity among them.
 std::vector<double> meshLines(const KnotVector& knots, Index cells) {
   const std::vector<Index> spans = knots.spans();
   const auto count = static_cast<double>(spans.size());
   const double length = knots.length(), side = kKnotSide * length;
   std::vector<double> lines{knots.from()};
-  const bool few = static_cast<Index>(spans.size()) <= cells;
-  double owed = 0;  // cells not yet placed, when there are more spans than cells
+  const bool keepAll = static_cast<Index>(spans.size()) <= cells;
+  double owed = 0;  // cells that the spans so far should have had and did not get
   for (Index span : spans) {
     const double from = knots[span], to = knots[span + 1];
-    const double wanted = 0.5 * static_cast<double>(cells) * (1 / count + (to - from) / length);
     const bool last = span == spans.back();
-    const bool kink = !last && knots.multiplicity(to) >= knots.degree() - 1 && knots.degree() > 1;
-    if (few) {
-      const int parts = std::max(1, static_cast<int>(std::ceil(wanted - 1e-9)));
-      for (int i = 1; i < parts; ++i) lines.push_back(from + (to - from) * i / parts);
-    } else {
-      owed += wanted;
-      if (owed < 1 && !last) continue;
-      owed -= std::floor(owed);
-    }
+    const bool kink = !last && knots.degree() > 1 && knots.multiplicity(to) >= knots.degree() - 1;
+    owed += 0.5 * static_cast<double>(cells) * (1 / count + (to - from) / length);
+    const auto parts = std::max<Index>(std::llround(owed), keepAll || last ? 1 : 0);
+    owed -= static_cast<double>(parts);
+    for (Index i = 1; i < parts; ++i)
+      lines.push_back(from + (to - from) * static_cast<double>(i) / static_cast<double>(parts));
+    if (parts == 0 && !kink) continue;
     if (kink && to - from > 10 * side) lines.push_back(to - side);
     lines.push_back(to);
   }
