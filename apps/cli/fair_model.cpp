@@ -294,8 +294,8 @@ FairModelResult fairModel(Model& model, const FairModelOptions& options) {
   const std::vector<Job> jobs = jobsOf(model, options.selected);
   if (!jobs.empty()) result.before = result.after = model.audit();
   {
-    std::vector<double> weights;
-    for (const Job& job : jobs) weights.push_back(job.weight);
+    std::vector<double> weights(jobs.size());
+    std::transform(jobs.begin(), jobs.end(), weights.begin(), [](const Job& job) { return job.weight; });
     ProgressBar bar(weights, options.showProgress, options.stopped);
     tbb::parallel_for(std::size_t{0}, jobs.size(), [&](std::size_t j) {
       auto& entry = result.objects[static_cast<std::size_t>(jobs[j].objects.front())];

@@ -67,6 +67,30 @@ TEST_F(Cad, TheFormatMayChangeOnTheWay) {
   EXPECT_LE(same.at("largest_deviation").get<double>(), 1e-9);
 }
 
+TEST_F(Cad, FacesThatShareASurfaceAreFairedOnceAndSaidSo) {
+  write("one.g2", g2(wavySurface(3, 16, 14)));
+  EXPECT_EQ(strak({"convert", path("one.g2"), "-o", path("one.brep")}).code, 0);
+  // A second instance of the face, 20 units beside the first.
+  std::string brep = text("one.brep");
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    const auto place = brep.rfind(from);
+    ASSERT_NE(place, std::string::npos) << from;
+    brep.replace(place, from.size(), to);
+  };
+  replace("Locations 0\n", "Locations 1\n1\n1 0 0 20\n0 1 0 0\n0 0 1 0\n");
+  replace("+2 0 *", "+2 0 +2 1 *");
+  write("two.brep", brep);
+  const auto before = json({"info", path("two.brep")}).at("objects");
+  ASSERT_EQ(before.size(), 2U);
+  EXPECT_EQ(before.at(0).at("shared_with"), nlohmann::json{2});
+  const auto after = json({"fair", path("two.brep"), "-o", path("out.brep"), "--tolerance", "0.01"}).at("objects");
+  EXPECT_TRUE(after.at(0).at("left_alone").is_null());
+  EXPECT_NE(after.at(0).at("notes").dump().find("object 2"), std::string::npos);
+  EXPECT_NE(after.at(1).at("left_alone").dump().find("object 1"), std::string::npos);
+  const auto compare = json({"compare", path("two.brep"), path("out.brep")}).at("objects");
+  for (const auto& object : compare) EXPECT_GT(object.at("deviation").at("lower").get<double>(), 0.001);
+}
+
 TEST_F(Cad, BrokenFilesAreRefused) {
   write("in.g2", g2(wavySurface(3, 8, 8)));
   for (const char* ending : {"step", "igs", "brep"}) {
