@@ -1,12 +1,24 @@
 #include "strak/spline/evaluate_kernels.h"
 
+#ifdef __AVX512F__
+#include <immintrin.h>  // all its functions are always inlined, so none can reach another file
+#endif
+
 // One vector holds kPoints padded points, neighbours in the last direction.
 //
-// Everything is written for a fixed order, so that the sums stay in registers; the degrees most used are fixed too.
+// Everything is written for a fixed order, so that the sums stay in registers; for surfaces the degrees most used are
+// fixed too.
 
 namespace strak::STRAK_SIMD {
 
 namespace {
+
+// Loops over derivatives are written out early, so that the sums in their arrays become registers.
+#ifdef __clang__
+#define STRAK_UNROLL _Pragma("unroll")
+#else
+#define STRAK_UNROLL _Pragma("GCC unroll 20")
+#endif
 
 using Index = std::ptrdiff_t;
 
@@ -62,7 +74,8 @@ inline V splat(double value) {
 
 // The weights of kPoints neighbours, each four times.
 inline Vector spread(const double* weights) {
-  return Vector{weights[0], weights[0], weights[0], weights[0], weights[1], weights[1], weights[1], weights[1]};
+  // The intrinsic is one masked load; from plain vectors GCC goes through memory.
+  return _mm512_mask_broadcastsd_pd(_mm512_set1_pd(weights[0]), 0xF0, _mm_load_sd(weights + 1));
 }
 
 // The sum over the kPoints neighbours.
@@ -103,31 +116,12 @@ inline void write(const Quad (&values)[kCount], int columns, int lanes, double* 
     if (lanes == 4 || (lanes == columns && (kCount - k) * columns >= 4)) {
       store(to, values[k]);
     } else {
-      for (int c = 0; c < lanes; ++c) to[c] = values[k][c];
+      if (lanes & 2) {
+        to[0] = values[k][0];
+        to[1] = values[k][1];
+      }
+      if (lanes & 1) to[lanes - 1] = values[k][lanes - 1];
     }
-  }
-}
-
-// A loop bound that the compiler knows if kFixed > 0.
-template <int kFixed>
-inline int bound(int value) {
-  return kFixed > 0 ? kFixed : value;
-}
-
-// Calls `work` with the degree + 1 as a template argument if it is a common one, with 0 otherwise.
-template <class Work>
-inline void withCount(int count, const Work& work) {
-  switch (count) {
-    case 3:
-      return work.template operator()<3>();
-    case 4:
-      return work.template operator()<4>();
-    case 5:
-      return work.template operator()<5>();
-    case 6:
-      return work.template operator()<6>();
-    default:
-      return work.template operator()<0>();
   }
 }
 
@@ -165,11 +159,11 @@ inline Index findSpan(const BasisView& basis, double u) {
   return span + static_cast<Index>((high > span) & (u >= basis.starts[span + 1]));
 }
 
-template <class V, int kOrder, int kCount>
+template <class V, int kOrder>
 void basisWeightsOf(const BasisView& basis, const double* parameters, Index stride, Index count, Index* first,
                     double* weights) {
-  const int functions = bound<kCount>(basis.degree + 1);
-  const int width = kCount > 0 ? (kCount + 3) / 4 * 4 : basis.width;
+  const int functions = basis.degree + 1;
+  const int width = basis.width;
   for (Index r = 0; r < count; ++r) {
     const double u = parameters[r * stride];
     const Index span = findSpan(basis, u);
@@ -182,11 +176,13 @@ void basisWeightsOf(const BasisView& basis, const double* parameters, Index stri
       V sums[kOrder + 1] = {};  // sums[k]: the k-th derivative by t, over k!
       sums[0] = load<V>(coefficients + (functions - 1) * width + x);
       for (int power = functions - 2; power >= 0; --power) {
+        STRAK_UNROLL
         for (int k = kOrder; k > 0; --k) sums[k] = sums[k] * t + sums[k - 1];
         sums[0] = sums[0] * t + load<V>(coefficients + power * width + x);
       }
       store(out + x, sums[0]);
       double factor = 1;
+      STRAK_UNROLL
       for (int k = 1; k <= kOrder; ++k) {
         factor *= k * scale;
         store(out + k * width + x, sums[k] * splat<V>(factor));
@@ -196,13 +192,13 @@ void basisWeightsOf(const BasisView& basis, const double* parameters, Index stri
 }
 
 // One point of a curve, surface or volume: sums[place(a, b, c)] += ..., over all kPoints neighbours at once.
-template <int kDirections, int kOrder, int kCount>
+template <int kDirections, int kOrder>
 void contractPointsOf(const NetView& net, const WeightsView* weights, Index count, double* out, Index outStride) {
   constexpr int kLast = kDirections - 1;
   constexpr int kDerivatives = countOf(kDirections, kOrder);
-  const int n0 = bound<kCount>(net.degrees[0] + 1);
-  const int n1 = kDirections == 3 ? bound<kCount>(net.degrees[1] + 1) : 1;
-  const int vectors = (bound<kCount>(net.degrees[kLast] + 1) + kPoints - 1) / kPoints;
+  const int n0 = net.degrees[0] + 1;
+  const int n1 = kDirections == 3 ? net.degrees[1] + 1 : 1;
+  const int vectors = (net.degrees[kLast] + kPoints) / kPoints;
   const Index lastRow = 4 * net.sizes[kLast];
   const Index stride0 = kDirections == 3 ? net.sizes[1] * lastRow : lastRow;
   for (Index r = 0; r < count; ++r) {
@@ -216,18 +212,23 @@ void contractPointsOf(const NetView& net, const WeightsView* weights, Index coun
       Vector sums[kDerivatives] = {};
       for (int m = 0; m < vectors; ++m) {
         Vector spreads[kOrder + 1];
+        STRAK_UNROLL
         for (int c = 0; c <= kOrder; ++c) spreads[c] = spread(wLast + c * net.widths[kLast] + m * kPoints);
         const double* at = points + m * kLanes;
         if constexpr (kDirections == 1) {
           const auto x = load<Vector>(at);
+          STRAK_UNROLL
           for (int c = 0; c <= kOrder; ++c) sums[c] += x * spreads[c];
         } else if constexpr (kDirections == 2) {
           Vector line[kOrder + 1] = {};
           for (int i = 0; i < n0; ++i) {
             const auto x = load<Vector>(at + i * stride0);
+            STRAK_UNROLL
             for (int a = 0; a <= kOrder; ++a) line[a] += x * splat<Vector>(w0[a * net.widths[0] + i]);
           }
+          STRAK_UNROLL
           for (int a = 0; a <= kOrder; ++a) {
+            STRAK_UNROLL
             for (int b = 0; a + b <= kOrder; ++b) sums[place(2, a, b, 0)] += line[a] * spreads[b];
           }
         } else {
@@ -236,15 +237,21 @@ void contractPointsOf(const NetView& net, const WeightsView* weights, Index coun
             Vector line[kOrder + 1] = {};
             for (int i = 0; i < n0; ++i) {
               const auto x = load<Vector>(at + i * stride0 + j * lastRow);
+              STRAK_UNROLL
               for (int a = 0; a <= kOrder; ++a) line[a] += x * splat<Vector>(w0[a * net.widths[0] + i]);
             }
+            STRAK_UNROLL
             for (int a = 0; a <= kOrder; ++a) {
+              STRAK_UNROLL
               for (int b = 0; a + b <= kOrder; ++b)
                 sheet[place(2, a, b, 0)] += line[a] * splat<Vector>(w1[b * net.widths[1] + j]);
             }
           }
+          STRAK_UNROLL
           for (int a = 0; a <= kOrder; ++a) {
+            STRAK_UNROLL
             for (int b = 0; a + b <= kOrder; ++b) {
+              STRAK_UNROLL
               for (int c = 0; a + b + c <= kOrder; ++c) {
                 sums[place(3, a, b, c)] += sheet[place(2, a, b, 0)] * spreads[c];
               }
@@ -253,6 +260,7 @@ void contractPointsOf(const NetView& net, const WeightsView* weights, Index coun
         }
       }
       Quad values[kDerivatives];
+      STRAK_UNROLL
       for (int k = 0; k < kDerivatives; ++k) values[k] = fold(sums[k]);
       const int lanes = net.columns - column < 4 ? net.columns - column : 4;
       write(values, net.columns, lanes, out + r * outStride + column);
@@ -267,8 +275,10 @@ void contractLinesOf(const double* weights, int width, int degree, const double*
     V sums[kOrder + 1] = {};
     for (int i = 0; i <= degree; ++i) {
       const auto value = load<V>(source + i * sourceStride + x);
+      STRAK_UNROLL
       for (int a = 0; a <= kOrder; ++a) sums[a] += value * splat<V>(weights[a * width + i]);
     }
+    STRAK_UNROLL
     for (int a = 0; a <= kOrder; ++a) store(target + a * targetStride + x, sums[a]);
   };
   Index x = 0;
@@ -276,11 +286,11 @@ void contractLinesOf(const double* weights, int width, int degree, const double*
   for (; x < length; x += 4) sum.template operator()<Quad>(x);
 }
 
-template <int kDirections, int kOrder, int kCount>
+template <int kDirections, int kOrder>
 void contractLastOf(const NetView& net, const double* lines, Index lineStride, const WeightsView& weights, Index count,
                     int firstColumn, double* out, Index outStride) {
   constexpr int kDerivatives = countOf(kDirections, kOrder);
-  const int vectors = (bound<kCount>(net.degrees[kDirections - 1] + 1) + kPoints - 1) / kPoints;
+  const int vectors = (net.degrees[kDirections - 1] + kPoints) / kPoints;
   const int width = net.widths[kDirections - 1];
   const int lanes = net.columns - firstColumn < 4 ? net.columns - firstColumn : 4;
   for (Index r = 0; r < count; ++r) {
@@ -289,25 +299,23 @@ void contractLastOf(const NetView& net, const double* lines, Index lineStride, c
     Vector sums[kDerivatives] = {};
     for (int m = 0; m < vectors; ++m) {
       Vector spreads[kOrder + 1];
+      STRAK_UNROLL
       for (int c = 0; c <= kOrder; ++c) spreads[c] = spread(w + c * width + m * kPoints);
-      const auto add = [&](int line, int a, int b) {
-        const auto x = load<Vector>(at + line * lineStride + m * kLanes);
-        for (int c = 0; a + b + c <= kOrder; ++c) {
-          sums[kDirections == 1 ? c : kDirections == 2 ? place(2, a, c, 0) : place(3, a, b, c)] += x * spreads[c];
-        }
-      };
-      if constexpr (kDirections == 1) {
-        add(0, 0, 0);
-      } else if constexpr (kDirections == 2) {
-        for (int a = 0; a <= kOrder; ++a) add(a, a, 0);
-      } else {
-        int line = 0;
-        for (int a = 0; a <= kOrder; ++a) {
-          for (int b = 0; a + b <= kOrder; ++b) add(line++, a, b);
+      int line = 0;
+      STRAK_UNROLL
+      for (int a = 0; a <= (kDirections > 1 ? kOrder : 0); ++a) {
+        STRAK_UNROLL
+        for (int b = 0; b <= (kDirections > 2 ? kOrder - a : 0); ++b) {
+          const auto x = load<Vector>(at + line++ * lineStride + m * kLanes);
+          STRAK_UNROLL
+          for (int c = 0; a + b + c <= kOrder; ++c) {
+            sums[kDirections == 1 ? c : kDirections == 2 ? place(2, a, c, 0) : place(3, a, b, c)] += x * spreads[c];
+          }
         }
       }
     }
     Quad values[kDerivatives];
+    STRAK_UNROLL
     for (int k = 0; k < kDerivatives; ++k) values[k] = fold(sums[k]);
     write(values, net.columns, lanes, out + r * outStride + firstColumn);
   }
@@ -325,37 +333,23 @@ inline void withDirections(int directions, const Work& work) {
   }
 }
 
-// degree + 1 if it is the same in all directions, else 0.
-inline int commonCount(const NetView& net) {
-  for (int k = 1; k < net.directions; ++k) {
-    if (net.degrees[k] != net.degrees[0]) return 0;
-  }
-  return net.degrees[0] + 1;
-}
-
 }  // namespace
 
 void basisWeights(const BasisView& basis, const double* parameters, Index stride, Index count, int order, Index* first,
                   double* weights) {
   withOrder(order, [&]<int kOrder>() {
-    withCount(basis.degree + 1, [&]<int kCount>() {
-      if (basis.width % kLanes == 0) {
-        basisWeightsOf<Vector, kOrder, kCount>(basis, parameters, stride, count, first, weights);
-      } else {
-        basisWeightsOf<Quad, kOrder, kCount>(basis, parameters, stride, count, first, weights);
-      }
-    });
+    if (basis.width % kLanes == 0) {
+      basisWeightsOf<Vector, kOrder>(basis, parameters, stride, count, first, weights);
+    } else {
+      basisWeightsOf<Quad, kOrder>(basis, parameters, stride, count, first, weights);
+    }
   });
 }
 
 void contractPoints(const NetView& net, const WeightsView* weights, Index count, int order, double* out,
                     Index outStride) {
   withDirections(net.directions, [&]<int kDirections>() {
-    withOrder(order, [&]<int kOrder>() {
-      withCount(commonCount(net), [&]<int kCount>() {
-        contractPointsOf<kDirections, kOrder, kCount>(net, weights, count, out, outStride);
-      });
-    });
+    withOrder(order, [&]<int kOrder>() { contractPointsOf<kDirections, kOrder>(net, weights, count, out, outStride); });
   });
 }
 
@@ -370,10 +364,7 @@ void contractLast(const NetView& net, const double* lines, Index lineStride, con
                   int order, int firstColumn, double* out, Index outStride) {
   withDirections(net.directions, [&]<int kDirections>() {
     withOrder(order, [&]<int kOrder>() {
-      withCount(net.degrees[net.directions - 1] + 1, [&]<int kCount>() {
-        contractLastOf<kDirections, kOrder, kCount>(net, lines, lineStride, weights, count, firstColumn, out,
-                                                    outStride);
-      });
+      contractLastOf<kDirections, kOrder>(net, lines, lineStride, weights, count, firstColumn, out, outStride);
     });
   });
 }
