@@ -15,14 +15,14 @@ constexpr int kStackDegree = 31;
 
 void basisDerivatives(const KnotVector& knots, Index span, double u, int order, double* out) {
   const int p = knots.degree();
-  const int columns = p + 1;
+  const Index columns = p + 1;
   // left[j] = u - U[span + 1 - j], right[j] = U[span + j] - u; table row d holds the basis functions of degree d at u
   // (d + 1 numbers), and the knot differences that their recurrence divides by are kept for the derivatives.
   double stack[(kStackDegree + 1) * (kStackDegree + 1) + 4 * (kStackDegree + 1)];
   std::vector<double> heap;
   double* memory = stack;
   if (p > kStackDegree) {
-    heap.resize(static_cast<std::size_t>((p + 1) * (p + 1) + 4 * (p + 1)));
+    heap.resize(static_cast<std::size_t>(columns * columns + 4 * columns));
     memory = heap.data();
   }
   double* table = memory;

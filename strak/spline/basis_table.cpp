@@ -15,8 +15,9 @@ BasisTable::BasisTable(KnotVector knots) : knots_(std::move(knots)) {
 
   const auto spans = knots_.spans();
   const auto count = spans.size();
-  coefficients_.assign(count * static_cast<std::size_t>((p + 1) * width_), 0.0);
-  std::vector<double> derivatives(static_cast<std::size_t>((p + 1) * (p + 1)));
+  const auto functions = static_cast<std::size_t>(p) + 1;
+  coefficients_.assign(count * functions * static_cast<std::size_t>(width_), 0.0);
+  std::vector<double> derivatives(functions * functions);
   double* coefficient = coefficients_.data();
   for (const Index span : spans) {
     const double half = (knots_[span + 1] - knots_[span]) / 2;
@@ -29,7 +30,8 @@ BasisTable::BasisTable(KnotVector knots) : knots_(std::move(knots)) {
     double factor = 1;  // half^k / k!
     for (int k = 0; k <= p; ++k) {
       if (k > 0) factor *= half / k;
-      for (int j = 0; j <= p; ++j) coefficient[j] = factor * derivatives[static_cast<std::size_t>(k * (p + 1) + j)];
+      for (int j = 0; j <= p; ++j)
+        coefficient[j] = factor * derivatives[static_cast<std::size_t>(k) * functions + static_cast<std::size_t>(j)];
       coefficient += width_;
     }
   }
@@ -68,16 +70,18 @@ void BasisTable::weights(const double* parameters, Index stride, Index count, in
     STRAK_SIMD_CHOOSE(basisWeights)(view, parameters, stride, count, order, first, weights);
     return;
   }
+  const Index functions = p + 1;
+  const Index width = width_;
   for (Index r = 0; r < count; ++r) {
     const double u = parameters[r * stride];
     const Index span = knots_.findSpan(u);
     first[r] = span - p;
-    double* rows = weights + r * (order + 1) * width_;
+    double* rows = weights + r * (order + 1) * width;
     basisDerivatives(knots_, span, u, order, rows);
     // From rows of p + 1 numbers to rows of `width`, the last first.
-    for (int k = order; k >= 0; --k) {
-      std::copy_backward(rows + k * (p + 1), rows + (k + 1) * (p + 1), rows + k * width_ + p + 1);
-      std::fill(rows + k * width_ + p + 1, rows + (k + 1) * width_, 0.0);
+    for (Index k = order; k >= 0; --k) {
+      std::copy_backward(rows + k * functions, rows + (k + 1) * functions, rows + k * width + functions);
+      std::fill(rows + k * width + functions, rows + (k + 1) * width, 0.0);
     }
   }
 }

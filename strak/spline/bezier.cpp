@@ -9,7 +9,7 @@ namespace strak {
 
 KnotVector bezierKnots(const KnotVector& knots) {
   const int p = knots.degree();
-  const auto ends = static_cast<std::size_t>(p + 1);
+  const auto ends = static_cast<std::size_t>(p) + 1;
   std::vector<double> result(ends, knots.from());
   for (const auto& knot : knots.innerKnots()) {
     result.insert(result.end(), static_cast<std::size_t>(std::max(p, knot.multiplicity)), knot.value);
@@ -62,12 +62,11 @@ std::vector<BezierPiece<D>> bezierPieces(const Spline<D>& spline) {
   return result;
 }
 
-#define STRAK_INSTANTIATE(D)                          \
-  template Spline<D> bezierForm<D>(const Spline<D>&); \
-  template std::vector<BezierPiece<D>> bezierPieces<D>(const Spline<D>&);
-STRAK_INSTANTIATE(1)
-STRAK_INSTANTIATE(2)
-STRAK_INSTANTIATE(3)
-#undef STRAK_INSTANTIATE
+template Spline<1> bezierForm<1>(const Spline<1>&);
+template Spline<2> bezierForm<2>(const Spline<2>&);
+template Spline<3> bezierForm<3>(const Spline<3>&);
+template std::vector<BezierPiece<1>> bezierPieces<1>(const Spline<1>&);
+template std::vector<BezierPiece<2>> bezierPieces<2>(const Spline<2>&);
+template std::vector<BezierPiece<3>> bezierPieces<3>(const Spline<3>&);
 
 }  // namespace strak

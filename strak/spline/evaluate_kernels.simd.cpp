@@ -110,8 +110,8 @@ constexpr int countOf(int directions, int order) {
 // Writes `lanes` <= 4 columns of each derivative; derivative k begins at out + k * columns. Where the columns are fewer
 // than 4 and there is only one plane, a whole vector may be written as long as later derivatives overwrite the surplus.
 template <int kCount>
-inline void write(const Quad (&values)[kCount], int columns, int lanes, double* out) {
-  for (int k = 0; k < kCount; ++k) {
+inline void write(const Quad (&values)[kCount], Index columns, Index lanes, double* out) {
+  for (Index k = 0; k < kCount; ++k) {
     double* to = out + k * columns;
     if (lanes == 4 || (lanes == columns && (kCount - k) * columns >= 4)) {
       store(to, values[k]);
@@ -162,8 +162,8 @@ inline Index findSpan(const BasisView& basis, double u) {
 template <class V, int kOrder>
 void basisWeightsOf(const BasisView& basis, const double* parameters, Index stride, Index count, Index* first,
                     double* weights) {
-  const int functions = basis.degree + 1;
-  const int width = basis.width;
+  const Index functions = basis.degree + 1;
+  const Index width = basis.width;
   for (Index r = 0; r < count; ++r) {
     const double u = parameters[r * stride];
     const Index span = findSpan(basis, u);
@@ -172,10 +172,10 @@ void basisWeightsOf(const BasisView& basis, const double* parameters, Index stri
     const V t = splat<V>((u - basis.centres[span]) * scale);
     const double* coefficients = basis.coefficients + span * functions * width;
     double* out = weights + r * (kOrder + 1) * width;
-    for (int x = 0; x < width; x += static_cast<int>(sizeof(V) / sizeof(double))) {
+    for (Index x = 0; x < width; x += static_cast<Index>(sizeof(V) / sizeof(double))) {
       V sums[kOrder + 1] = {};  // sums[k]: the k-th derivative by t, over k!
       sums[0] = load<V>(coefficients + (functions - 1) * width + x);
-      for (int power = functions - 2; power >= 0; --power) {
+      for (Index power = functions - 2; power >= 0; --power) {
         STRAK_UNROLL
         for (int k = kOrder; k > 0; --k) sums[k] = sums[k] * t + sums[k - 1];
         sums[0] = sums[0] * t + load<V>(coefficients + power * width + x);
@@ -199,21 +199,22 @@ void contractPointsOf(const NetView& net, const WeightsView* weights, Index coun
   const int n0 = net.degrees[0] + 1;
   const int n1 = kDirections == 3 ? net.degrees[1] + 1 : 1;
   const int vectors = (net.degrees[kLast] + kPoints) / kPoints;
+  const Index width = net.widths[kLast];
   const Index lastRow = 4 * net.sizes[kLast];
   const Index stride0 = kDirections == 3 ? net.sizes[1] * lastRow : lastRow;
   for (Index r = 0; r < count; ++r) {
     const double* w0 = weights[0].weights + r * (kOrder + 1) * net.widths[0];
     const double* w1 = kDirections == 3 ? weights[1].weights + r * (kOrder + 1) * net.widths[1] : nullptr;
-    const double* wLast = weights[kLast].weights + r * (kOrder + 1) * net.widths[kLast];
+    const double* wLast = weights[kLast].weights + r * (kOrder + 1) * width;
     Index start = weights[0].first[r];
     for (int k = 1; k < kDirections; ++k) start = start * net.sizes[k] + weights[k].first[r];
     for (int column = 0; column < net.columns; column += 4) {
       const double* points = net.points + column / 4 * net.planeStride + 4 * start;
       Vector sums[kDerivatives] = {};
-      for (int m = 0; m < vectors; ++m) {
+      for (Index m = 0; m < vectors; ++m) {
         Vector spreads[kOrder + 1];
         STRAK_UNROLL
-        for (int c = 0; c <= kOrder; ++c) spreads[c] = spread(wLast + c * net.widths[kLast] + m * kPoints);
+        for (int c = 0; c <= kOrder; ++c) spreads[c] = spread(wLast + c * width + m * kPoints);
         const double* at = points + m * kLanes;
         if constexpr (kDirections == 1) {
           const auto x = load<Vector>(at);
@@ -291,13 +292,13 @@ void contractLastOf(const NetView& net, const double* lines, Index lineStride, c
                     int firstColumn, double* out, Index outStride) {
   constexpr int kDerivatives = countOf(kDirections, kOrder);
   const int vectors = (net.degrees[kDirections - 1] + kPoints) / kPoints;
-  const int width = net.widths[kDirections - 1];
+  const Index width = net.widths[kDirections - 1];
   const int lanes = net.columns - firstColumn < 4 ? net.columns - firstColumn : 4;
   for (Index r = 0; r < count; ++r) {
     const double* w = weights.weights + r * (kOrder + 1) * width;
     const double* at = lines + 4 * weights.first[r];
     Vector sums[kDerivatives] = {};
-    for (int m = 0; m < vectors; ++m) {
+    for (Index m = 0; m < vectors; ++m) {
       Vector spreads[kOrder + 1];
       STRAK_UNROLL
       for (int c = 0; c <= kOrder; ++c) spreads[c] = spread(w + c * width + m * kPoints);

@@ -42,12 +42,11 @@ Net allocate(Index rows, Index columns) {
   Net result(rows, columns);
 #ifdef __linux__
   constexpr std::uintptr_t kLargePage = std::uintptr_t{1} << 21;
-  const auto begin = reinterpret_cast<std::uintptr_t>(result.data());
-  const auto end = begin + static_cast<std::uintptr_t>(result.size()) * sizeof(double);
-  const auto first = (begin + kLargePage - 1) / kLargePage * kLargePage;
+  auto* const begin = reinterpret_cast<unsigned char*>(result.data());
+  const auto size = static_cast<std::uintptr_t>(result.size()) * sizeof(double);
+  const auto skip = kLargePage - 1 - (reinterpret_cast<std::uintptr_t>(begin) - 1) % kLargePage;
   // Advice only: if the system declines, the memory is the same.
-  if (first + kLargePage <= end)
-    ::madvise(reinterpret_cast<void*>(first), end / kLargePage * kLargePage - first, MADV_HUGEPAGE);
+  if (size >= skip + kLargePage) ::madvise(begin + skip, (size - skip) / kLargePage * kLargePage, MADV_HUGEPAGE);
 #endif
   return result;
 }
@@ -224,7 +223,7 @@ struct Evaluator<D>::GridLines {
     if (D == 2) planeLines = order + 1;
     if (D == 3) planeLines = (order + 1) * (order + 2) / 2;
     if (D > 1) lines.resize(static_cast<std::size_t>(planes * planeLines * lineStride / 4), PaddedPoint{});
-    if (D == 3) sheets.resize(static_cast<std::size_t>(planes * (order + 1) * sheetStride / 4), PaddedPoint{});
+    if (D == 3) sheets.resize(static_cast<std::size_t>((order + 1) * sheetStride * planes / 4), PaddedPoint{});
   }
 
   static double* data(std::vector<PaddedPoint>& points) { return reinterpret_cast<double*>(points.data()); }
@@ -250,7 +249,7 @@ struct Evaluator<D>::GridLines {
         }
       } else if constexpr (D == 3) {
         const Index row = 4 * net.sizes[2];
-        double* sheet = data(sheets) + plane * (order + 1) * sheetStride;
+        double* sheet = data(sheets) + (order + 1) * sheetStride * plane;
         if (line / secondCount != sheetOf) {
           const WeightsView w = weights[0].from(line / secondCount);
           for (const auto& [begin, end] : active[1]) {

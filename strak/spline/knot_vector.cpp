@@ -50,7 +50,7 @@ KnotVector::KnotVector(int degree, std::vector<double> knots, const char* name)
 KnotVector KnotVector::uniformClamped(int degree, Index spans, double from, double to) {
   if (spans < 1) throw InvalidInput(fmt::format("a knot vector needs at least one span, not {}", spans));
   std::vector<double> knots;
-  knots.reserve(static_cast<std::size_t>(spans + 2 * degree + 1));
+  knots.reserve(static_cast<std::size_t>(spans + 2 * Index{degree} + 1));
   for (int i = 0; i < degree; ++i) knots.push_back(from);
   for (Index i = 0; i <= spans; ++i) {
     const double t = static_cast<double>(i) / static_cast<double>(spans);
