@@ -68,7 +68,7 @@ Approximation approximate(const std::array<KnotVector, 2>& knots, Index rows, In
 }
 
 KnotVector repeatedKnots(int degree, Index spans, int multiplicity) {
-  std::vector<double> knots(static_cast<std::size_t>(degree + 1), 0);
+  std::vector<double> knots(static_cast<std::size_t>(degree) + 1, 0);
   for (Index i = 1; i < spans; ++i) {
     knots.insert(knots.end(), static_cast<std::size_t>(multiplicity), static_cast<double>(i));
   }
