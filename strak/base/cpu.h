@@ -15,9 +15,9 @@ SimdLevel simdLevel();
 // Picks the function of the right namespace: `STRAK_SIMD_CHOOSE(multiply)` in a file that declares
 // generic::multiply, avx2::multiply and avx512::multiply gives a pointer to the one to call.
 #ifdef STRAK_HAS_X86_SIMD
-#define STRAK_SIMD_CHOOSE(function)                                            \
-  (::strak::simdLevel() == ::strak::SimdLevel::avx512 ? &avx512::function      \
-   : ::strak::simdLevel() == ::strak::SimdLevel::avx2 ? &avx2::function        \
+#define STRAK_SIMD_CHOOSE(function)                                       \
+  (::strak::simdLevel() == ::strak::SimdLevel::avx512 ? &avx512::function \
+   : ::strak::simdLevel() == ::strak::SimdLevel::avx2 ? &avx2::function   \
                                                       : &generic::function)
 #else
 #define STRAK_SIMD_CHOOSE(function) (&generic::function)

@@ -45,8 +45,8 @@ void writeBeside(const std::filesystem::path& path, const std::function<void(con
   if (error) {
     std::error_code ignored;
     std::filesystem::remove(temporary, ignored);
-    throw Failure(fmt::format("cannot write '{}' ({}): check that the folder may be written to", path.string(),
-                              error.message()));
+    throw Failure(
+        fmt::format("cannot write '{}' ({}): check that the folder may be written to", path.string(), error.message()));
   }
 }
 
