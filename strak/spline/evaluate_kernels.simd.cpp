@@ -103,6 +103,11 @@ constexpr int place(int directions, int a, int b, int c) {
   return total * (total + 1) * (total + 2) / 6 + rest * (rest + 1) / 2 + c;
 }
 
+// The same if c is the order in the last direction and a, b those in the directions before it.
+constexpr int placeWithLast(int directions, int a, int b, int c) {
+  return directions == 1 ? place(1, c, 0, 0) : directions == 2 ? place(2, a, c, 0) : place(3, a, b, c);
+}
+
 constexpr int countOf(int directions, int order) {
   return directions == 1 ? order + 1 : directions == 2 ? place(2, order + 1, 0, 0) : place(3, order + 1, 0, 0);
 }
@@ -291,6 +296,8 @@ template <int kDirections, int kOrder>
 void contractLastOf(const NetView& net, const double* lines, Index lineStride, const WeightsView& weights, Index count,
                     int firstColumn, double* out, Index outStride) {
   constexpr int kDerivatives = countOf(kDirections, kOrder);
+  constexpr int kFirstOrder = kOrder * static_cast<int>(kDirections > 1);
+  constexpr int kSecondOrder = kOrder * static_cast<int>(kDirections > 2);
   const int vectors = (net.degrees[kDirections - 1] + kPoints) / kPoints;
   const Index width = net.widths[kDirections - 1];
   const int lanes = net.columns - firstColumn < 4 ? net.columns - firstColumn : 4;
@@ -304,13 +311,13 @@ void contractLastOf(const NetView& net, const double* lines, Index lineStride, c
       for (int c = 0; c <= kOrder; ++c) spreads[c] = spread(w + c * width + m * kPoints);
       int line = 0;
       STRAK_UNROLL
-      for (int a = 0; a <= (kDirections > 1 ? kOrder : 0); ++a) {
+      for (int a = 0; a <= kFirstOrder; ++a) {
         STRAK_UNROLL
-        for (int b = 0; b <= (kDirections > 2 ? kOrder - a : 0); ++b) {
+        for (int b = 0; b <= kSecondOrder && a + b <= kOrder; ++b) {
           const auto x = load<Vector>(at + line++ * lineStride + m * kLanes);
           STRAK_UNROLL
           for (int c = 0; a + b + c <= kOrder; ++c) {
-            sums[kDirections == 1 ? c : kDirections == 2 ? place(2, a, c, 0) : place(3, a, b, c)] += x * spreads[c];
+            sums[placeWithLast(kDirections, a, b, c)] += x * spreads[c];
           }
         }
       }
