@@ -296,8 +296,8 @@ template <int kDirections, int kOrder>
 void contractLastOf(const NetView& net, const double* lines, Index lineStride, const WeightsView& weights, Index count,
                     int firstColumn, double* out, Index outStride) {
   constexpr int kDerivatives = countOf(kDirections, kOrder);
-  constexpr int kFirstOrder = kOrder * static_cast<int>(kDirections > 1);
-  constexpr int kSecondOrder = kOrder * static_cast<int>(kDirections > 2);
+  constexpr int kHasFirst = kDirections > 1;  // directions before the last
+  constexpr int kHasSecond = kDirections > 2;
   const int vectors = (net.degrees[kDirections - 1] + kPoints) / kPoints;
   const Index width = net.widths[kDirections - 1];
   const int lanes = net.columns - firstColumn < 4 ? net.columns - firstColumn : 4;
@@ -311,9 +311,9 @@ void contractLastOf(const NetView& net, const double* lines, Index lineStride, c
       for (int c = 0; c <= kOrder; ++c) spreads[c] = spread(w + c * width + m * kPoints);
       int line = 0;
       STRAK_UNROLL
-      for (int a = 0; a <= kFirstOrder; ++a) {
+      for (int a = 0; a <= kHasFirst * kOrder; ++a) {
         STRAK_UNROLL
-        for (int b = 0; b <= kSecondOrder && a + b <= kOrder; ++b) {
+        for (int b = 0; b <= kHasSecond * (kOrder - a); ++b) {
           const auto x = load<Vector>(at + line++ * lineStride + m * kLanes);
           STRAK_UNROLL
           for (int c = 0; a + b + c <= kOrder; ++c) {
