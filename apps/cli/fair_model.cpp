@@ -292,7 +292,7 @@ FairModelResult fairModel(Model& model, const FairModelOptions& options) {
   result.objects = entriesOf(model, options.selected);
   const bool onlyOne = options.selected.size() == 1;
   const std::vector<Job> jobs = jobsOf(model, options.selected);
-  if (!jobs.empty()) result.before = result.after = model.audit();
+  result.before = result.after = model.audit();
   {
     std::vector<double> weights(jobs.size());
     std::transform(jobs.begin(), jobs.end(), weights.begin(), [](const Job& job) { return job.weight; });

@@ -1,11 +1,13 @@
 #include "strak/fairing/free_factor.h"
 
+#include <cmath>
+
 namespace strak {
 
 namespace {
 
-// A pivot below this part of the largest is rounding: the matrix is singular.
-constexpr double kSmallestPivot = 1e-13;
+// With a unit diagonal, a pivot below this is rounding: the matrix is singular.
+constexpr double kSmallestPivot = 1e-12;
 
 // The last index runs fastest.
 template <std::size_t D>
@@ -42,12 +44,24 @@ FreeFactor::FreeFactor(const EnergyOperator<D>& energy, const std::vector<Index>
     }
   }
   const auto count = static_cast<Index>(free.size());
+  root_ = Eigen::VectorXd::Zero(count);
+  for (const auto& entry : lower) {
+    if (entry.row() != entry.col()) continue;
+    if (!(entry.value() > 0)) return;
+    root_[entry.row()] = 1 / std::sqrt(entry.value());
+  }
+  for (auto& entry : lower) {
+    entry = {entry.row(), entry.col(), entry.value() * root_[entry.row()] * root_[entry.col()]};
+  }
   Eigen::SparseMatrix<double> matrix(count, count);
   matrix.setFromTriplets(lower.begin(), lower.end());
   factor_.compute(matrix);
-  if (factor_.info() != Eigen::Success) return;
-  const Eigen::VectorXd pivots = factor_.vectorD();
-  usable_ = pivots.minCoeff() > kSmallestPivot * pivots.cwiseAbs().maxCoeff();
+  usable_ = factor_.info() == Eigen::Success && factor_.vectorD().minCoeff() > kSmallestPivot;
+}
+
+Eigen::MatrixXd FreeFactor::solve(const Eigen::MatrixXd& columns) const {
+  const Eigen::MatrixXd scaled = root_.asDiagonal() * columns;
+  return root_.asDiagonal() * factor_.solve(scaled);
 }
 
 template FreeFactor::FreeFactor(const EnergyOperator<1>&, const std::vector<Index>&);

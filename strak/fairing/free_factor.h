@@ -18,13 +18,13 @@ class FreeFactor {
 
   // False if the energy leaves a motion of the free points unpunished, to rounding: then nothing can be solved.
   bool usable() const { return usable_; }
-  // Sum over the columns r (a row a free point) of r^T K^-1 r.
-  double inverseNorm(const Eigen::MatrixXd& columns) const {
-    return columns.cwiseProduct(factor_.solve(columns)).sum();
-  }
+  // K^-1 times columns (a row a free point), and the sum over the columns r of r^T K^-1 r.
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& columns) const;
+  double inverseNorm(const Eigen::MatrixXd& columns) const { return columns.cwiseProduct(solve(columns)).sum(); }
 
  private:
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor_;
+  Eigen::VectorXd root_;  // 1 / sqrt(K_rr): the factor is of the matrix with a unit diagonal
   bool usable_ = false;
 };
 

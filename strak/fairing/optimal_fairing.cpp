@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "strak/base/cpu_time.h"
 #include "strak/base/error.h"
 #include "strak/fairing/fairing_problem.h"
+#include "strak/fairing/free_factor.h"
 
 namespace strak {
 
@@ -24,56 +24,29 @@ namespace {
 // min q without tolerance where no lower bound P is known or P is singular: a sparse factor of K on the free points.
 template <int D>
 BallResult solveByFactor(const FairingProblem<D>& problem, const QuadraticEnergy<D>& energy, double wishedGap, Net& e) {
-  const HeldPoints& held = problem.held();
+  constexpr Index kMaxRefinements = 4;
+  std::vector<Index> free;
+  for (std::size_t r = 0; r < problem.held().size(); ++r) {
+    if (!problem.held()[r]) free.push_back(static_cast<Index>(r));
+  }
+  const FreeFactor factor(problem.energy(), free);
+  if (!factor.usable()) refuseSingular(energy.name, energy.order());
   const Net halfGradient = problem.halfGradient();
-  const Eigen::SparseMatrix<double> all = problem.energy().matrix();
-  std::vector<Index> place(held.size(), -1);
-  Index count = 0;
-  for (std::size_t r = 0; r < held.size(); ++r) {
-    if (!held[r]) place[r] = count++;
-  }
-  Eigen::VectorXd inverseRoot(count);
-  for (std::size_t r = 0; r < held.size(); ++r) {
-    if (place[r] < 0) continue;
-    const auto row = static_cast<Index>(r);
-    if (!(all.coeff(row, row) > 0)) refuseSingular(energy.name, energy.order());
-    inverseRoot[place[r]] = 1 / std::sqrt(all.coeff(row, row));
-  }
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  for (Index column = 0; column < all.outerSize(); ++column) {
-    for (Eigen::SparseMatrix<double>::InnerIterator it(all, column); it; ++it) {
-      const Index i = place[static_cast<std::size_t>(it.row())];
-      const Index j = place[static_cast<std::size_t>(column)];
-      if (i >= 0 && j >= 0) entries.emplace_back(i, j, it.value() * inverseRoot[i] * inverseRoot[j]);
-    }
-  }
-  Eigen::SparseMatrix<double> matrix(count, count);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(matrix);
-  if (factor.info() != Eigen::Success || factor.vectorD().minCoeff() < 1e-12)
-    refuseSingular(energy.name, energy.order());
-
-  Net linear(count, halfGradient.cols());
-  for (std::size_t r = 0; r < held.size(); ++r) {
-    if (place[r] >= 0) linear.row(place[r]) = halfGradient.row(static_cast<Index>(r)) * inverseRoot[place[r]];
-  }
-  Net x = -factor.solve(linear);
-  Net residual;
+  const Eigen::MatrixXd linear = halfGradient(free, Eigen::all);
   BallResult result;
+  Eigen::MatrixXd residual = -linear;
   for (result.iterations = 1;; ++result.iterations) {
-    residual = -linear - matrix * x;
-    const Net correction = factor.solve(residual);
-    result.bound = residual.cwiseProduct(correction).sum();
-    result.value = linear.cwiseProduct(x).sum() - x.cwiseProduct(residual).sum();
+    const Eigen::MatrixXd step = factor.solve(residual);
+    for (std::size_t i = 0; i < free.size(); ++i) e.row(free[i]) += step.row(static_cast<Index>(i));
+    const Net image = problem.energy().product(e);
+    residual = -linear - image(free, Eigen::all);
+    result.bound = factor.inverseNorm(residual);
+    result.value = e.cwiseProduct(image + 2 * halfGradient).sum();
     if (result.bound <= wishedGap * std::abs(problem.energyBefore() + result.value)) break;
-    if (result.iterations == 4) {
+    if (result.iterations == kMaxRefinements) {
       result.stop = BallResult::Stop::precision;
       break;
     }
-    x += correction;
-  }
-  for (std::size_t r = 0; r < held.size(); ++r) {
-    if (place[r] >= 0) e.row(static_cast<Index>(r)) = x.row(place[r]) * inverseRoot[place[r]];
   }
   return result;
 }

@@ -319,7 +319,7 @@ BallResult minimizeByProjectedGradients(const BallProblem& p, const BallOptions&
 
 BallResult minimizeInBalls(const BallProblem& p, const BallOptions& options, Field& e) {
   // Most nets are certified by then; the others are stiff and better served by a factor if they are small enough.
-  constexpr Index kPatience = 800;
+  constexpr Index kPatience = 2500;
   if (p.energy->layout().points() > kMaxFactoredPoints) return minimizeByProjectedGradients(p, options, e);
   BallOptions first = options;
   first.maxIterations = std::min(options.maxIterations, kPatience);
