@@ -18,6 +18,7 @@ Index samplesPerSpan(const KnotVector& knots, Index samples, Index least, Index 
 // Evenly spaced values inside the domain.
 std::vector<double> insideValues(const KnotVector& knots, int count) {
   std::vector<double> out;
+  out.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) out.push_back(knots.from() + knots.length() * (i + 0.5) / count);
   return out;
 }
@@ -136,7 +137,7 @@ Comb curveComb(const SceneCurve& scene) {
 }
 
 int teethPerLine(const Scene& scene, int count, Index teeth) {
-  const Index lines = 2 * count * static_cast<Index>(scene.surfaces.size());
+  const Index lines = Index{2} * count * static_cast<Index>(scene.surfaces.size());
   return static_cast<int>(std::clamp<Index>(teeth / std::max<Index>(lines, 1), 12, 480));
 }
 

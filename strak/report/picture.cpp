@@ -292,8 +292,12 @@ std::vector<double> symmetricLevels(std::pair<double, double> range, int lines) 
   const double step = (range.second - range.first) / lines;
   std::vector<double> levels;
   // Values outside the range (there may be a few far out) get lines too, as long as they are not far too many.
-  for (double k = std::floor(range.first / step - 5.0 * lines); k <= range.second / step + 5.0 * lines; ++k)
-    if (std::abs((k + 0.5) * step) < 1) levels.push_back((k + 0.5) * step);
+  const auto first = std::llround(std::floor(range.first / step)) - 5LL * lines;
+  const auto last = std::llround(std::ceil(range.second / step)) + 5LL * lines;
+  for (auto k = first; k <= last; ++k) {
+    const double level = (static_cast<double>(k) + 0.5) * step;
+    if (std::abs(level) < 1) levels.push_back(level);
+  }
   return levels;
 }
 

@@ -91,7 +91,7 @@ std::vector<Eigen::Vector3d> scenePoints(const Scene& scene) {
 
 Eigen::Vector3d defaultView(const Scene& scene) {
   if (scene.plane) return Eigen::Vector3d::UnitZ();
-  const Eigen::Vector3d corner = Eigen::Vector3d(0.55, -0.8, 0.5).normalized();
+  Eigen::Vector3d corner = Eigen::Vector3d(0.55, -0.8, 0.5).normalized();
   // The second moment of the normals: faces may be orientated against each other.
   Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
   for (const SceneSurface& s : scene.surfaces)

@@ -59,6 +59,7 @@ Json quantized(const std::vector<Eigen::Vector3d>& vectors) {
 // Numbers as fractions of their range; the few that lie far outside (poles, kinks) are cut off.
 Json quantized(const std::vector<double>& values) {
   std::vector<Weighted> weighted;
+  weighted.reserve(values.size());
   for (double v : values) weighted.push_back({v, 1});
   Box box = quantiles(std::move(weighted), 0.002, 0.998);
   const double width = box.second - box.first;
