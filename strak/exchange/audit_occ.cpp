@@ -20,6 +20,7 @@
 #include <set>
 
 #include "strak/exchange/cad_file_occ.h"
+#include "strak/exchange/signal_guard_occ.h"
 
 namespace strak::cad {
 namespace {
@@ -62,9 +63,9 @@ EdgeFit fitOf(const TopoDS_Edge& edge, const std::set<const Geom_Surface*>& used
       curves.push_back([curve = way->Curve3D(), move, from, to](double t) {
         return curve->Value(from + (to - from) * t).Transformed(move);
       });
-    } else if (way->IsCurveOnSurface() && used.count(way->Surface().get()) != 0) {
+    } else if (way->IsCurveOnSurface() && used.count(way->Surface().get()) != 0 && !way->PCurve().IsNull()) {
       images.push_back(onSurface(way->PCurve(), way->Surface(), way->Location(), from, to));
-      if (way->IsCurveOnClosedSurface()) {
+      if (way->IsCurveOnClosedSurface() && !way->PCurve2().IsNull()) {
         images.push_back(onSurface(way->PCurve2(), way->Surface(), way->Location(), from, to));
       }
     }
@@ -95,7 +96,8 @@ Audit auditShape(const TopoDS_Shape& shape, double unitLength) {
   std::set<const Geom_Surface*> used;
   for (const TopoDS_Shape& face : faces) {
     TopLoc_Location ignored;
-    used.insert(BRep_Tool::Surface(TopoDS::Face(face), ignored).get());
+    const Handle(Geom_Surface) surface = BRep_Tool::Surface(TopoDS::Face(face), ignored);
+    if (!surface.IsNull()) used.insert(surface.get());
   }
   std::set<const TopoDS_TShape*> seen;
   int number = 0;
@@ -112,14 +114,18 @@ Audit auditShape(const TopoDS_Shape& shape, double unitLength) {
     audit.edges.push_back(std::move(fit));
   }
 
+  // Shapes of damaged files make the checker stumble: they are not valid.
   try {
-    const BRepCheck_Analyzer checker(shape);
-    audit.valid = checker.IsValid();
-    if (!audit.valid) {
+    const std::lock_guard lock(readerMutex());
+    const bool survived = survives([&] {
+      const BRepCheck_Analyzer checker(shape);
+      audit.valid = checker.IsValid();
+      if (audit.valid) return;
       for (const TopoDS_Shape& face : faces) audit.invalidFaces += checker.IsValid(face) ? 0 : 1;
-    }
+    });
+    audit.valid = audit.valid && survived;
   } catch (const Standard_Failure&) {
-    audit.valid = false;  // a shape the checker stumbles over
+    audit.valid = false;
   }
   return audit;
 }

@@ -17,7 +17,7 @@
 namespace strak::cad {
 
 // Open CASCADE's readers and writers share parameters that are global: one of them at a time.
-std::mutex& readerMutex();
+std::recursive_mutex& readerMutex();
 
 struct LengthUnit {
   std::string name;        // "mm", "inch", ...; "" where the format knows none (BREP)

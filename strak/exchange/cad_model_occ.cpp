@@ -22,6 +22,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -34,6 +35,7 @@
 #include "strak/exchange/periodic_occ.h"
 #include "strak/exchange/replaceable.h"
 #include "strak/exchange/shared_geometry_occ.h"
+#include "strak/exchange/signal_guard_occ.h"
 #include "strak/spline/evaluate.h"
 
 namespace strak::cad {
@@ -41,15 +43,29 @@ namespace {
 
 constexpr double kHeldEnd = 1e-9;  // of the curve's size: the ends of a free edge must stay this near
 
-// The names that the file gives to its faces and edges. Those Open CASCADE makes up are left out.
+// A name from the file, empty for one that Open CASCADE made up.
+std::string nameOf(const TDF_Label& label) {
+  Handle(TDataStd_Name) name;
+  if (!label.FindAttribute(TDataStd_Name::GetID(), name)) return "";
+  const std::string text = TCollection_AsciiString(name->Get()).ToCString();
+  static const std::set<std::string> madeUp{"FACE", "EDGE", "WIRE", "SHELL", "SOLID", "COMPSOLID", "COMPOUND"};
+  return madeUp.count(text) != 0 || text.starts_with("Open CASCADE") ? "" : text;
+}
+
+// The names that the file gives to its faces and edges; one that is all of its part goes by the part's.
 std::map<const TopoDS_TShape*, std::string> namesOf(const CadFile& file) {
-  std::map<const TopoDS_TShape*, std::string> names;
+  std::map<const TopoDS_TShape*, std::string> names, partNames;
   const auto note = [&](const TDF_Label& label) {
-    Handle(TDataStd_Name) name;
+    const std::string name = nameOf(label);
     const TopoDS_Shape shape = XCAFDoc_ShapeTool::GetShape(label);
-    if (shape.IsNull() || !label.FindAttribute(TDataStd_Name::GetID(), name)) return;
-    std::string text = TCollection_AsciiString(name->Get()).ToCString();
-    if (!text.empty() && text != "FACE" && text != "EDGE" && text != "WIRE") names[shape.TShape().get()] = text;
+    if (shape.IsNull() || name.empty()) return;
+    if (shape.ShapeType() == TopAbs_FACE || shape.ShapeType() == TopAbs_EDGE) {
+      names[shape.TShape().get()] = name;
+      return;
+    }
+    std::vector<TopoDS_Shape> parts = partsOf(shape, TopAbs_FACE);
+    if (parts.empty()) parts = partsOf(shape, TopAbs_EDGE);
+    if (parts.size() == 1) partNames[parts.front().TShape().get()] = name;
   };
   const Handle(XCAFDoc_ShapeTool) tool = XCAFDoc_DocumentTool::ShapeTool(file.document->Main());
   TDF_LabelSequence labels;
@@ -60,6 +76,7 @@ std::map<const TopoDS_TShape*, std::string> namesOf(const CadFile& file) {
     XCAFDoc_ShapeTool::GetSubShapes(label, parts);
     for (const TDF_Label& part : parts) note(part);
   }
+  names.merge(partNames);
   return names;
 }
 
@@ -72,8 +89,7 @@ class CadModel : public Model {
     openPeriodic(file_.shape);
     addFaces();
     addFreeEdges(objects_.empty());
-    for (const auto& [key, shared] : surfaces_) note(shared.objects);
-    for (const auto& [key, shared] : curves_) note(shared.objects);
+    noteInstances();
     if (objects_.empty()) throw InvalidInput("there is no face and no curve in it");
     Bnd_Box box;
     BRepBndLib::Add(file_.shape, box, false);
@@ -95,15 +111,13 @@ class CadModel : public Model {
     requireReplaceable(objects_[at], original_[at], spline);
     try {
       if (const auto* surface = std::get_if<Surface>(&spline)) {
-        SharedSurface& shared = surfaces_.at(keys_[at]);
-        shared.put(*surface);
-        for (Index i : shared.objects) objects_[static_cast<std::size_t>(i)].spline = spline;
+        surfaces_.at(keys_[at]).put(*surface);
       } else {
         requireHeldEnds(objects_[at].name, std::get<Curve>(*original_[at]), std::get<Curve>(spline));
-        SharedCurve& shared = curves_.at(keys_[at]);
-        shared.put(std::get<Curve>(spline));
-        for (Index i : shared.objects) objects_[static_cast<std::size_t>(i)].spline = spline;
+        curves_.at(keys_[at]).put(std::get<Curve>(spline));
       }
+      objects_[at].spline = spline;
+      for (Index i : objects_[at].sharedWith) objects_[static_cast<std::size_t>(i)].spline = spline;
     } catch (const Standard_Failure& failure) {
       throw Failure(fmt::format("{} cannot be changed: Open CASCADE gives up ({})", objects_[at].name,
                                 failure.GetMessageString()));
@@ -195,7 +209,6 @@ class CadModel : public Model {
           shared.unitLength = unitLength(place.Transformation());
         }
         shared.faces.push_back(face);
-        shared.objects.push_back(static_cast<Index>(objects_.size()));
       }
       add(std::move(object), place.Transformation(), live.get());
     }
@@ -249,7 +262,6 @@ class CadModel : public Model {
           shared.unitLength = unitLength(place.Transformation());
         }
         shared.edges.push_back(edge);
-        shared.objects.push_back(static_cast<Index>(objects_.size()));
       }
       add(std::move(object), place.Transformation(), live.get());
     }
@@ -276,12 +288,17 @@ class CadModel : public Model {
     if (spline->IsPeriodic()) object.leftAlone = "it is periodic";
   }
 
-  // Tells each of these objects about the others.
-  void note(const std::vector<Index>& group) {
-    for (Index i : group) {
-      std::vector<Index> others = group;
-      others.erase(std::remove(others.begin(), others.end(), i), others.end());
-      objects_[static_cast<std::size_t>(i)].sharedWith = std::move(others);
+  // Tells the objects on one surface or curve about one another.
+  void noteInstances() {
+    std::map<const Standard_Transient*, std::vector<Index>> groups;
+    for (std::size_t i = 0; i < objects_.size(); ++i) {
+      if (objects_[i].spline) groups[keys_[i]].push_back(static_cast<Index>(i));
+    }
+    for (const auto& [key, group] : groups) {
+      for (Index i : group) {
+        std::vector<Index>& others = objects_[static_cast<std::size_t>(i)].sharedWith;
+        std::copy_if(group.begin(), group.end(), std::back_inserter(others), [&](Index j) { return j != i; });
+      }
     }
   }
 
@@ -306,14 +323,17 @@ TopoDS_Shape shapeOf(const AnySpline& spline, double unitLength) {
 
 std::unique_ptr<Model> readCadModel(const std::filesystem::path& path, FileKind kind) {
   CadFile file = readCadFile(path, kind);
+  std::unique_ptr<Model> model;
+  const std::lock_guard lock(readerMutex());
   try {
-    return std::make_unique<CadModel>(std::move(file));
+    if (survives([&] { model = std::make_unique<CadModel>(std::move(file)); })) return model;
   } catch (const InvalidInput& error) {
     throw InvalidInput(fmt::format("'{}': {}", path.string(), error.what()));
   } catch (const Standard_Failure& failure) {
     throw InvalidInput(
         fmt::format("'{}' cannot be read: Open CASCADE gives up ({})", path.string(), failure.GetMessageString()));
   }
+  throw InvalidInput(fmt::format("'{}' cannot be read: it is damaged, its references lead nowhere", path.string()));
 }
 
 void writeCadSplines(const std::filesystem::path& path, FileKind kind, const std::vector<PlainObject>& objects,

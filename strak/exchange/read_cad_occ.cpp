@@ -11,6 +11,7 @@
 #include <Standard_Failure.hxx>
 #include <StepBasic_MeasureValueMember.hxx>
 #include <StepBasic_UncertaintyMeasureWithUnit.hxx>
+#include <StepGeom_CartesianPoint.hxx>
 #include <TColStd_SequenceOfAsciiString.hxx>
 #include <TCollection_HAsciiString.hxx>
 #include <TDF_LabelSequence.hxx>
@@ -27,6 +28,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <fstream>
 #include <iostream>
 #include <sstream>
@@ -39,6 +41,8 @@
 
 namespace strak::cad {
 namespace {
+
+constexpr double kFarthest = 1e15;  // coordinates beyond are no geometry: the kernel would search it for ever
 
 struct KnownUnit {
   int flag;
@@ -91,6 +95,14 @@ bool isShape(const Standard_Transient& entity) {
 // before it does. Errors elsewhere (in a date, a unit of solid angles) are common and harm nothing.
 void requireSound(const std::filesystem::path& path, FileKind kind, const Interface_InterfaceModel& model) {
   for (int i = 1; i <= model.NbEntities(); ++i) {
+    if (const auto* point = dynamic_cast<const StepGeom_CartesianPoint*>(model.Value(i).get())) {
+      for (int c = 1; c <= point->NbCoordinates(); ++c) {
+        if (std::abs(point->CoordinatesValue(c)) <= kFarthest) continue;
+        broken(path, kind,
+               fmt::format("entity {} is damaged (a coordinate is {})", model.StringLabel(model.Value(i))->ToCString(),
+                           point->CoordinatesValue(c)));
+      }
+    }
     if (!model.IsErrorEntity(i) || !isShape(*model.Value(i))) continue;
     const Handle(Interface_Check) check = model.ReportEntity(i)->Check();
     broken(path, kind,
@@ -171,8 +183,8 @@ void readBrep(const std::filesystem::path& path, CadFile& file) {
 
 }  // namespace
 
-std::mutex& readerMutex() {
-  static std::mutex mutex;
+std::recursive_mutex& readerMutex() {
+  static std::recursive_mutex mutex;
   return mutex;
 }
 

@@ -33,7 +33,6 @@ struct SharedCurve {
   Handle(Geom_BSplineCurve) original;
   std::vector<TopoDS_Edge> edges;
   double unitLength = 1;
-  std::vector<Index> objects;
 
   void put(const Curve& target);
 };

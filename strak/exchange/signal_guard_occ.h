@@ -2,10 +2,10 @@
 //
 // Survives Open CASCADE following a reference that leads nowhere. Only for the *_occ.cpp files.
 //
-// Its readers check little: a damaged file can make them read through null pointers or recurse without end. While the
-// guard runs, such a signal in this thread ends the work instead of the program. What the work held by then is lost (no
-// destructor runs), which is why its document must be given up as well; so the guard is for reading files, nothing
-// else.
+// It checks little of what it reads: a damaged file can make it look through null pointers or recurse without end, at
+// once or when the shape is checked or written. While the guard runs, such a signal in this thread ends the work
+// instead of the program. What the work built by then is lost (no destructor runs), so nothing of it may be touched
+// afterwards.
 
 #include <functional>
 

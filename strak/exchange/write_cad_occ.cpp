@@ -24,6 +24,7 @@
 #include "strak/base/error.h"
 #include "strak/base/file.h"
 #include "strak/exchange/cad_file_occ.h"
+#include "strak/exchange/signal_guard_occ.h"
 
 namespace strak::cad {
 namespace {
@@ -70,17 +71,20 @@ void writeCadFile(const CadFile& file, const std::filesystem::path& path, FileKi
     std::string reason = "check that the folder may be written to and the disk has space";
     try {
       bool made = true;
-      switch (kind) {
-        case FileKind::step:
-          made = writeStep(file, out);
-          break;
-        case FileKind::iges:
-          made = writeIges(file, out);
-          break;
-        default:
-          BRepTools::Write(file.shape, out);
-          break;
-      }
+      const bool survived = survives([&] {
+        switch (kind) {
+          case FileKind::step:
+            made = writeStep(file, out);
+            break;
+          case FileKind::iges:
+            made = writeIges(file, out);
+            break;
+          default:
+            BRepTools::Write(file.shape, out);
+            break;
+        }
+      });
+      made = made && survived;
       if (!made) reason = "Open CASCADE cannot express it";
       out.close();
       written = made && out.good();

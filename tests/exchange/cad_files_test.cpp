@@ -1,0 +1,177 @@
+// Real files: everything that may be changed is changed a little, and the rest must not notice.
+#ifdef STRAK_HAS_CAD
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <regex>
+
+#include "strak/exchange/cad.h"
+#include "strak/fairing/plan_face.h"
+#include "tests/exchange/samples.h"
+
+namespace strak {
+namespace {
+
+using namespace test;
+
+#define STRAK_NEEDS(path, name)     \
+  enableCad();                      \
+  const auto path = dataFile(name); \
+  if (path.empty()) GTEST_SKIP() << (name) << " is not here: set STRAK_DATA"
+
+template <int D>
+Spline<D> shaken(const FairingPlan<D>& plan, double by, std::mt19937& random) {
+  std::uniform_real_distribution<double> move(-by, by);
+  Spline<D> moved = plan.spline;
+  for (Index r = 0; r < moved.net().rows(); ++r) {
+    if (plan.held[static_cast<std::size_t>(r)]) continue;
+    for (Index c = 0; c < moved.net().cols(); ++c) moved.net()(r, c) += move(random);
+  }
+  return moved;
+}
+
+// Moves every free point of the model by up to 1e-4 of its size; the number of objects changed.
+Index shake(Model& model) {
+  std::mt19937 random(40);
+  Index changed = 0;
+  for (std::size_t i = 0; i < model.objects().size(); ++i) {
+    const Object object = model.objects()[i];
+    if (!object.leftAlone.empty()) continue;
+    if (!object.sharedWith.empty() && object.sharedWith.front() < static_cast<Index>(i)) continue;
+    const double by = 1e-4 * model.size();
+    if (const auto* surface = std::get_if<Surface>(&*object.spline)) {
+      const FacePlan plan = planFace(*surface, {object.trims, object.naturalSide});
+      if (!plan.leftAlone.empty()) continue;
+      model.replace(static_cast<Index>(i), shaken(plan, by, random));
+    } else {
+      const FairingPlan<1> plan = planFairing<1>(std::get<Curve>(*object.spline));
+      if (!plan.leftAlone.empty()) continue;
+      model.replace(static_cast<Index>(i), shaken(plan, by, random));
+    }
+    ++changed;
+  }
+  return changed;
+}
+
+struct RealFile {
+  const char* name;
+  const char* unit;
+  std::size_t objects;
+  Index changed;
+};
+
+class CadFiles : public testing::TestWithParam<RealFile> {};
+
+TEST_P(CadFiles, SmallMovesOfFreePointsHarmNothing) {
+  const RealFile& expected = GetParam();
+  STRAK_NEEDS(path, expected.name);
+  const auto model = readModel(path);
+  EXPECT_EQ(model->unit(), expected.unit);
+  EXPECT_EQ(model->objects().size(), expected.objects);
+  const Audit before = model->audit();
+  EXPECT_EQ(shake(*model), expected.changed);
+  const Audit after = model->audit();
+  EXPECT_LE(after.invalidFaces, before.invalidFaces);
+  EXPECT_EQ(after.valid, before.valid);
+  ASSERT_EQ(after.edges.size(), before.edges.size());
+  for (std::size_t e = 0; e < after.edges.size(); ++e) {
+    EXPECT_LT(after.edges[e].gap - before.edges[e].gap, 1e-9 * model->size()) << after.edges[e].name;
+    EXPECT_LE(after.edges[e].tolerance, before.edges[e].tolerance);
+  }
+
+  const Folder folder;
+  // IGES turns reversed faces round, so that its control points come in another order: STEP instead.
+  const auto out = folder / (model->format() == "BREP" ? "out.brep" : "out.step");
+  model->write(out);
+  const auto back = readModel(out);
+  EXPECT_EQ(back->unit(), expected.unit);
+  ASSERT_EQ(back->objects().size(), model->objects().size());
+  for (std::size_t i = 0; i < back->objects().size(); ++i) {
+    const Object& was = model->objects()[i];
+    const Object& is = back->objects()[i];
+    EXPECT_EQ(is.name, was.name);
+    ASSERT_EQ(is.spline.has_value(), was.spline.has_value()) << was.name;
+    if (!was.spline) continue;
+    std::visit(
+        [&]<int D>(const Spline<D>& spline) {
+          const auto& again = std::get<Spline<D>>(*is.spline);
+          EXPECT_EQ(again.knots(), spline.knots()) << was.name;
+          EXPECT_LT((again.net() - spline.net()).cwiseAbs().maxCoeff(), 1e-14 * model->size()) << was.name;
+        },
+        *was.spline);
+  }
+  const Audit written = back->audit();
+  EXPECT_LE(written.invalidFaces, before.invalidFaces);
+  EXPECT_LT(written.largestGap - before.largestGap, 1e-9 * model->size());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Data, CadFiles,
+    testing::Values(RealFile{"cad/car_hood_capot.step", "mm", 18, 18}, RealFile{"cad/car_hood_capot.brep", "", 18, 18},
+                    RealFile{"cad/joinsurf_01.stp", "mm", 2, 2}, RealFile{"cad/IEA_15MW_blade.stp", "mm", 27, 3},
+                    RealFile{"cad/IEA_15MW_blade.igs", "m", 27, 3}, RealFile{"hull/hull_160m.igs", "m", 1, 1},
+                    RealFile{"hull/hull_160m_sections.igs", "m", 31, 31}, RealFile{"hull/series60.step", "mm", 3, 2},
+                    RealFile{"cad/sunglasses_lens.igs", "inch", 9, 9}, RealFile{"gotools/surface.igs", "mm", 1, 1},
+                    RealFile{"cad/propeller_blade_upper.iges", "mm", 1, 1}, RealFile{"cad/linkrods.step", "mm", 37, 0},
+                    RealFile{"cad/fuselage_profiles.brep", "", 10, 10}, RealFile{"cad/shell1_bicubic.brep", "", 99, 99},
+                    RealFile{"cad/as1-oc-214.stp", "mm", 160, 0}, RealFile{"cad/D150_wing.igs", "mm", 8, 6}),
+    [](const auto& file) {
+      std::string name = file.param.name;
+      std::replace_if(
+          name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
+      return name;
+    });
+
+TEST(CadUnits, TheTwoFilesOfOneBladeDifferByTheirUnitsOnly) {
+  STRAK_NEEDS(step, "cad/IEA_15MW_blade.stp");
+  STRAK_NEEDS(iges, "cad/IEA_15MW_blade.igs");
+  const auto a = readModel(step), b = readModel(iges);
+  // 117 of its unit long in both; the one says millimetre, the other metre.
+  EXPECT_NEAR(a->size(), b->size(), 1e-6 * a->size());
+  EXPECT_NEAR(a->size(), std::hypot(6.83589, 6.59485, 117), 0.3);
+  EXPECT_EQ(a->unit(), "mm");
+  EXPECT_EQ(b->unit(), "m");
+}
+
+TEST(CadAssembly, InstancesKnowOneAnother) {
+  STRAK_NEEDS(path, "cad/as1-oc-214.stp");
+  const auto model = readModel(path);
+  Index shared = 0;
+  for (std::size_t i = 0; i < model->objects().size(); ++i) {
+    for (Index other : model->objects()[i].sharedWith) {
+      const auto& back = model->objects()[static_cast<std::size_t>(other)].sharedWith;
+      EXPECT_NE(std::find(back.begin(), back.end(), static_cast<Index>(i)), back.end());
+      ++shared;
+    }
+  }
+  EXPECT_GT(shared, 0);
+}
+
+// How often each text of a kind stands in a STEP file.
+std::map<std::string, int> counts(const std::filesystem::path& path, const char* pattern) {
+  std::string text = readFile(path);
+  text.erase(std::remove_if(text.begin(), text.end(), [](unsigned char c) { return std::isspace(c); }), text.end());
+  std::map<std::string, int> result;
+  const std::regex expression(pattern);
+  for (std::sregex_iterator it(text.begin(), text.end(), expression), end; it != end; ++it) ++result[(*it)[1]];
+  return result;
+}
+
+TEST(CadAssembly, NamesColoursAndLayersSurvive) {
+  STRAK_NEEDS(path, "cad/as1-oc-214.stp");
+  const Folder folder;
+  readModel(path)->write(folder / "out.step");
+  for (const char* pattern : {"=PRODUCT\\('([^']*)'", "NEXT_ASSEMBLY_USAGE_OCCURRENCE\\('[^']*','([^']*)'",
+                              "=(STYLED_ITEM|OVER_RIDING_STYLED_ITEM)\\(", "=(COLOUR_RGB)\\(",
+                              "=(PRESENTATION_LAYER_ASSIGNMENT)\\(", "=(MANIFOLD_SOLID_BREP)\\("}) {
+    const auto before = counts(path, pattern);
+    EXPECT_EQ(before, counts(folder / "out.step", pattern)) << pattern;
+  }
+  EXPECT_EQ(counts(path, "=PRODUCT\\('([^']*)'").size(), 9U);
+}
+
+}  // namespace
+}  // namespace strak
+
+#endif
