@@ -90,10 +90,9 @@ Border borderOf(const TopoDS_Face& located, const Surface& surface) {
     return border;
   }
   std::vector<bool> exact(lines.size(), false);
-  for (int k = 0; k < 2; ++k) {
-    for (int end = 0; end < 2; ++end) {
-      border.naturalSide[static_cast<std::size_t>(2 * k + end)] = isNatural(lines, surface, k, end, exact);
-    }
+  for (std::size_t side = 0; side < 4; ++side) {
+    const int k = side < 2 ? 0 : 1;
+    border.naturalSide[side] = isNatural(lines, surface, k, side % 2 == 0 ? 0 : 1, exact);
   }
   if (std::find(exact.begin(), exact.end(), false) != exact.end()) border.trims = std::move(lines);
   return border;

@@ -172,7 +172,7 @@ std::array<Borders, D> findBorders(const Spline<D>& spline, const FairingPlanOpt
                                    std::vector<std::string>& notes) {
   std::array<Borders, D> borders;
   for (int k = 0; k < D; ++k) {
-    const auto at = static_cast<std::size_t>(2 * k);
+    const std::size_t at = 2 * static_cast<std::size_t>(k);
     const Index wished = std::max<Index>(1, std::max(options.rows[at], options.rows[at + 1]));
     Borders& b = borders[static_cast<std::size_t>(k)];
     b.low = bordered[at] ? options.rows[at] : 0;
