@@ -19,7 +19,7 @@ HeldPoints holdStrips(const Spline<D>& spline, const std::array<Index, 2 * D>& r
     for (int k = D - 1; k >= 0; --k) {
       const Index i = rest % spline.size(k);
       rest /= spline.size(k);
-      const auto side = static_cast<std::size_t>(2 * k);
+      const std::size_t side = 2 * static_cast<std::size_t>(k);
       if (i < rows[side] || spline.size(k) - 1 - i < rows[side + 1]) held[r] = 1;
     }
   }

@@ -71,9 +71,9 @@ KroneckerOperator::KroneckerOperator(const BoxLayout& layout, const std::vector<
   }
   std::size_t mostTerms = 1;
   for (const auto& op : planes_) mostTerms = std::max(mostTerms, op.columnBands.size());
-  const auto window = static_cast<std::size_t>(2 * rowBandwidth_ + 1);
+  const auto window = 2 * static_cast<std::size_t>(rowBandwidth_) + 1;
   ring_.resize(window * mostTerms * static_cast<std::size_t>(layout_.components * layout_.width) + 8);
-  const auto planeWindow = static_cast<std::size_t>(2 * planeBandwidth_ + 1) * planes_.size();
+  const auto planeWindow = (2 * static_cast<std::size_t>(planeBandwidth_) + 1) * planes_.size();
   if (layout_.size[0] > 1) planeRing_.resize(planeWindow * static_cast<std::size_t>(layout_.planeStride()));
   factors_.resize(std::max(window * mostTerms, planeWindow));
   rows_.resize(factors_.size());

@@ -95,6 +95,7 @@ ModalSolver::ModalSolver(const BoxLayout& layout, const std::vector<KroneckerPro
   }
   factors_.assign(static_cast<std::size_t>(slabs * (bandwidth_ + 1) * modes), 0.0);
   std::vector<const double*> rows;
+  rows.reserve(modeFactors.size());
   for (const auto& values : modeFactors) rows.push_back(values.data());
   std::vector<double> entries(rows.size());
   for (Index i = 0; i < slabs; ++i) {
