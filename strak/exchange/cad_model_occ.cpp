@@ -295,8 +295,17 @@ class CadModel : public Model {
       if (objects_[i].spline) groups[keys_[i]].push_back(static_cast<Index>(i));
     }
     for (const auto& [key, group] : groups) {
+      // One that cannot be changed, because its border is unknown, keeps the surface for all.
+      const auto fixed = std::find_if(group.begin(), group.end(), [&](Index i) {
+        return !objects_[static_cast<std::size_t>(i)].leftAlone.empty();
+      });
       for (Index i : group) {
-        std::vector<Index>& others = objects_[static_cast<std::size_t>(i)].sharedWith;
+        Object& object = objects_[static_cast<std::size_t>(i)];
+        if (fixed != group.end() && object.leftAlone.empty()) {
+          object.leftAlone = "it shares its surface with '" + objects_[static_cast<std::size_t>(*fixed)].name +
+                             "', which cannot be changed";
+        }
+        std::vector<Index>& others = object.sharedWith;
         std::copy_if(group.begin(), group.end(), std::back_inserter(others), [&](Index j) { return j != i; });
       }
     }

@@ -19,7 +19,7 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
+#include <sstream>
 
 #include "strak/base/error.h"
 #include "strak/base/file.h"
@@ -64,37 +64,32 @@ bool writeIges(const CadFile& file, std::ostream& out) {
 }  // namespace
 
 void writeCadFile(const CadFile& file, const std::filesystem::path& path, FileKind kind) {
-  const std::lock_guard lock(readerMutex());
-  writeBeside(path, [&](const std::filesystem::path& temporary) {
-    std::ofstream out(temporary, std::ios::binary);
-    bool written = false;
-    std::string reason = "check that the folder may be written to and the disk has space";
-    try {
-      bool made = true;
-      const bool survived = survives([&] {
-        switch (kind) {
-          case FileKind::step:
-            made = writeStep(file, out);
-            break;
-          case FileKind::iges:
-            made = writeIges(file, out);
-            break;
-          default:
-            BRepTools::Write(file.shape, out);
-            break;
-        }
-      });
-      made = made && survived;
-      if (!made) reason = "Open CASCADE cannot express it";
-      out.close();
-      written = made && out.good();
-    } catch (const Standard_Failure& failure) {
-      reason = fmt::format("Open CASCADE gives up ({})", failure.GetMessageString());
-    }
-    if (!written) {
-      throw Failure(fmt::format("cannot write '{}' as {}: {}", path.string(), fileKindName(kind), reason));
-    }
-  });
+  const auto fail = [&](const std::string& why) {
+    throw Failure(fmt::format("cannot write '{}' as {}: {}", path.string(), fileKindName(kind), why));
+  };
+  // Into memory first: the kernel does not notice a full disk.
+  std::ostringstream text;
+  try {
+    const std::lock_guard lock(readerMutex());
+    bool made = true;
+    const bool survived = survives([&] {
+      switch (kind) {
+        case FileKind::step:
+          made = writeStep(file, text);
+          break;
+        case FileKind::iges:
+          made = writeIges(file, text);
+          break;
+        default:
+          BRepTools::Write(file.shape, text);
+          break;
+      }
+    });
+    if (!survived || !made) fail("Open CASCADE cannot express it");
+  } catch (const Standard_Failure& failure) {
+    fail(fmt::format("Open CASCADE gives up ({})", failure.GetMessageString()));
+  }
+  writeFile(path, text.view());
 }
 
 }  // namespace strak::cad
