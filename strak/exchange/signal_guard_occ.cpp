@@ -70,3 +70,8 @@ bool survives(const std::function<void()>& work) {
 }
 
 }  // namespace strak::cad
+
+#ifdef __SANITIZE_ADDRESS__
+// For the leak checker: the kernel keeps some memory for good, and what a crash interrupted is lost.
+extern "C" const char* __lsan_default_suppressions() { return "leak:libTK\nleak:strak::cad::survives\n"; }
+#endif
