@@ -4,6 +4,7 @@
 //
 // Open CASCADE keeps all lengths in millimetres; `unitLength` goes back to the file's own unit.
 
+#include <HeaderSection_FileName.hxx>
 #include <Standard_Handle.hxx>
 #include <TDocStd_Document.hxx>
 #include <TopoDS_Compound.hxx>
@@ -38,7 +39,8 @@ struct CadFile {
   // How exact a STEP file says it is, in millimetres; readers judge trimming curves by it. 0 where the file says
   // nothing: then the largest tolerance of an edge is written.
   double uncertainty = 0;
-  bool igesSolids = false;  // the IGES file has shells or solids, not single faces
+  Handle(HeaderSection_FileName) stepHeader;  // name, authors, organization, originating system; may be null
+  bool igesSolids = false;                    // the IGES file has shells or solids, not single faces
 
   CadFile() = default;
   CadFile(const CadFile&) = delete;

@@ -1,3 +1,4 @@
+#include <APIHeaderSection_MakeHeader.hxx>
 #include <BRepTools.hxx>
 #include <BRep_Builder.hxx>
 #include <IGESCAFControl_Reader.hxx>
@@ -11,6 +12,7 @@
 #include <Standard_Failure.hxx>
 #include <StepBasic_MeasureValueMember.hxx>
 #include <StepBasic_UncertaintyMeasureWithUnit.hxx>
+#include <StepData_StepModel.hxx>
 #include <StepGeom_CartesianPoint.hxx>
 #include <TColStd_SequenceOfAsciiString.hxx>
 #include <TCollection_HAsciiString.hxx>
@@ -127,12 +129,14 @@ void readStep(const std::filesystem::path& path, CadFile& file) {
   STEPCAFControl_Reader reader;
   Interface_Static::SetIVal("read.stepcaf.subshapes.name", 1);
   if (reader.ReadFile(path.c_str()) != IFSelect_RetDone) broken(path, file.kind, "it is cut off or no STEP file");
-  requireSound(path, file.kind, *reader.Reader().WS()->Model());
+  const Handle(StepData_StepModel) model = Handle(StepData_StepModel)::DownCast(reader.Reader().WS()->Model());
+  requireSound(path, file.kind, *model);
   TColStd_SequenceOfAsciiString lengths, angles, solidAngles;
   reader.ChangeReader().FileUnits(lengths, angles, solidAngles);
   file.unit = unitNamed(lengths.IsEmpty() ? "mm" : lengths.First().ToCString());
-  file.uncertainty = statedUncertainty(*reader.Reader().WS()->Model()) * file.unit.millimetres;
+  file.uncertainty = statedUncertainty(*model) * file.unit.millimetres;
   file.stepSchema = schemaOf(path);
+  file.stepHeader = APIHeaderSection_MakeHeader(model).FnValue();
   if (!reader.Transfer(file.document)) broken(path, file.kind, "it holds no shape");
 }
 

@@ -1,3 +1,4 @@
+#include <APIHeaderSection_MakeHeader.hxx>
 #include <BRepTools.hxx>
 #include <IGESCAFControl_Writer.hxx>
 #include <IGESControl_Controller.hxx>
@@ -32,6 +33,18 @@ namespace {
 // 17 digits, so that what is written is read back to the bit; the writers' own formats keep 13.
 constexpr const char* kNumberFormat = "%.16E";
 
+// Who made the file stays in its header; when it was written is new.
+void keepHeader(const CadFile& file, const Handle(StepData_StepModel) & model) {
+  const Handle(HeaderSection_FileName)& had = file.stepHeader;
+  if (had.IsNull()) return;
+  APIHeaderSection_MakeHeader header(model);
+  if (!had->Name().IsNull()) header.SetName(had->Name());
+  if (!had->Author().IsNull()) header.SetAuthor(had->Author());
+  if (!had->Organization().IsNull()) header.SetOrganization(had->Organization());
+  if (!had->OriginatingSystem().IsNull()) header.SetOriginatingSystem(had->OriginatingSystem());
+  if (!had->Authorisation().IsNull()) header.SetAuthorisation(had->Authorisation());
+}
+
 bool writeStep(const CadFile& file, std::ostream& out) {
   STEPCAFControl_Controller::Init();
   Interface_Static::SetIVal("write.step.unit", file.unit.flag);
@@ -42,7 +55,9 @@ bool writeStep(const CadFile& file, std::ostream& out) {
   STEPCAFControl_Writer writer;
   if (!writer.Transfer(file.document, STEPControl_AsIs)) return false;
   const Handle(XSControl_WorkSession) session = writer.Writer().WS();
-  StepData_StepWriter text(Handle(StepData_StepModel)::DownCast(session->Model()));
+  const Handle(StepData_StepModel) model = Handle(StepData_StepModel)::DownCast(session->Model());
+  keepHeader(file, model);
+  StepData_StepWriter text(model);
   text.FloatWriter().SetFormat(kNumberFormat);
   text.SendModel(Handle(StepData_Protocol)::DownCast(session->Protocol()));
   return text.Print(out);

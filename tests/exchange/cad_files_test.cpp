@@ -183,6 +183,7 @@ TEST(CadAssembly, NamesColoursAndLayersSurvive) {
     EXPECT_FALSE(counts(after, entity, word).empty()) << entity;
   }
   EXPECT_EQ(counts(after, "=PRODUCT(", 1).size(), 9U);
+  EXPECT_NE(after.find("('CADProcessor'),('OPENCASCADES.A.S')"), after.npos);  // author and organization
   EXPECT_EQ(counts(after, "=NEXT_ASSEMBLY_USAGE_OCCURRENCE(", 2).size(), 13U);
 }
 
