@@ -16,10 +16,8 @@ namespace {
 
 using namespace test;
 
-#define STRAK_NEEDS(path, name)     \
-  enableCad();                      \
-  const auto path = dataFile(name); \
-  if (path.empty()) GTEST_SKIP() << (name) << " is not here: set STRAK_DATA"
+#define STRAK_SKIP_WITHOUT(path) \
+  if ((path).empty()) GTEST_SKIP() << "a real file is not here: set STRAK_DATA"
 
 template <int D>
 Spline<D> shaken(const FairingPlan<D>& plan, double by, std::mt19937& random) {
@@ -66,7 +64,9 @@ class CadFiles : public testing::TestWithParam<RealFile> {};
 
 TEST_P(CadFiles, SmallMovesOfFreePointsHarmNothing) {
   const RealFile& expected = GetParam();
-  STRAK_NEEDS(path, expected.name);
+  enableCad();
+  const auto path = dataFile(expected.name);
+  STRAK_SKIP_WITHOUT(path);
   const auto model = readModel(path);
   EXPECT_EQ(model->unit(), expected.unit);
   EXPECT_EQ(model->objects().size(), expected.objects);
@@ -125,8 +125,12 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 TEST(CadUnits, TheTwoFilesOfOneBladeDifferByTheirUnitsOnly) {
-  STRAK_NEEDS(step, "cad/IEA_15MW_blade.stp");
-  STRAK_NEEDS(iges, "cad/IEA_15MW_blade.igs");
+  enableCad();
+  const auto step = dataFile("cad/IEA_15MW_blade.stp");
+  STRAK_SKIP_WITHOUT(step);
+  enableCad();
+  const auto iges = dataFile("cad/IEA_15MW_blade.igs");
+  STRAK_SKIP_WITHOUT(iges);
   const auto a = readModel(step), b = readModel(iges);
   // 117 of its unit long in both; the one says millimetre, the other metre.
   EXPECT_NEAR(a->size(), b->size(), 1e-6 * a->size());
@@ -136,7 +140,9 @@ TEST(CadUnits, TheTwoFilesOfOneBladeDifferByTheirUnitsOnly) {
 }
 
 TEST(CadAssembly, InstancesKnowOneAnother) {
-  STRAK_NEEDS(path, "cad/as1-oc-214.stp");
+  enableCad();
+  const auto path = dataFile("cad/as1-oc-214.stp");
+  STRAK_SKIP_WITHOUT(path);
   const auto model = readModel(path);
   Index shared = 0;
   for (std::size_t i = 0; i < model->objects().size(); ++i) {
@@ -171,7 +177,9 @@ std::map<std::string, int> counts(const std::string& text, const std::string& en
 }
 
 TEST(CadAssembly, NamesColoursAndLayersSurvive) {
-  STRAK_NEEDS(path, "cad/as1-oc-214.stp");
+  enableCad();
+  const auto path = dataFile("cad/as1-oc-214.stp");
+  STRAK_SKIP_WITHOUT(path);
   const Folder folder;
   readModel(path)->write(folder / "out.step");
   const std::string before = dense(path), after = dense(folder / "out.step");

@@ -241,6 +241,7 @@ TEST_F(Cad, SeveralThreadsMayReadAndWrite) {
   const Folder folder;
   std::atomic<int> good = 0;
   std::vector<std::thread> threads;
+  threads.reserve(4);
   for (int t = 0; t < 4; ++t) {
     threads.emplace_back([&, t] {
       const std::vector<const char*> units{"mm", "m", "inch", "cm"};

@@ -40,7 +40,7 @@ TopoDS_Compound compound(const std::vector<TopoDS_Shape>& shapes) {
 }
 
 std::filesystem::path save(const Folder& folder, const std::string& name, const TopoDS_Shape& shape) {
-  const auto path = folder / name;
+  auto path = folder / name;
   BRepTools::Write(shape, path.c_str());
   return path;
 }

@@ -41,7 +41,7 @@ std::vector<Eigen::Vector2d> circle(double x, double y, double radius) {
   return points;
 }
 
-std::vector<Eigen::Vector2d> segment(Eigen::Vector2d a, Eigen::Vector2d b) {
+std::vector<Eigen::Vector2d> segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   std::vector<Eigen::Vector2d> points;
   for (int i = 0; i <= 200; ++i) points.emplace_back(a + (b - a) * i / 200.0);
   return points;
