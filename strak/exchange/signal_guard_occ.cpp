@@ -73,5 +73,6 @@ bool survives(const std::function<void()>& work) {
 
 #ifdef __SANITIZE_ADDRESS__
 // For the leak checker: the kernel keeps some memory for good, and what a crash interrupted is lost.
+extern "C" const char* __lsan_default_options() { return "print_suppressions=0"; }
 extern "C" const char* __lsan_default_suppressions() { return "leak:libTK\nleak:strak::cad::survives\n"; }
 #endif
