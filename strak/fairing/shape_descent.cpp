@@ -1,0 +1,416 @@
+#include "strak/fairing/shape_descent.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "strak/base/error.h"
+#include "strak/fairing/hull_rows.h"
+#include "strak/solve/hull_minimizer.h"
+
+namespace strak {
+
+namespace {
+
+constexpr double kMetricWeight = 1e-3;       // mu of the first stage, at most
+constexpr double kMetricShare = 0.01;        // ... and this part of roughness / metric of the input
+constexpr double kLaterMetricWeight = 1e-4;  // of the second stage, whose arc lengths are those of the first result
+constexpr double kLeastDamping = 1e-6;
+constexpr double kFirstDamping = 1e-3;
+constexpr double kMostDamping = 1e4;
+constexpr double kSteps[] = {1, 0.4, 0.16, 0.064};
+constexpr double kLeastShare = 0.05;  // of the predicted decrease that a step must bring
+constexpr double kStopChange = 1e-3;  // of the merit, twice in a row
+constexpr double kStopPredicted = 1e-4;
+constexpr int kMostTurns = 4;         // of the plate energy's weight, where the guard refuses
+constexpr int kMostHalvings = 2;      // of a span of the hull
+constexpr double kActive = 0.95;      // of the radius: rows whose hull is worth refining
+constexpr double kGuardError = 1e-3;  // of the adaptive integrals while descending
+constexpr double kFinalError = 2e-5;
+
+Eigen::VectorXd zeros(Index n) { return Eigen::VectorXd::Zero(n); }
+
+class Descent {
+ public:
+  Descent(const std::vector<ShapePatch>& patches, const ShapeDescentOptions& options);
+  ShapeDescent run();
+
+ private:
+  struct Patch {
+    const ShapePatch* input;
+    Net start;  // points in space
+    ShapeEnergy energy;
+    ShapeEnergies first, now;  // over the active cells
+    SurfaceFairness before;    // over the whole surface
+    double metricWeight = 0;   // mu
+    double plateWeight = 1;    // theta
+    double roughnessFloor = 0, plateFloor = 0;
+    SpanLevels levels;
+    Index firstRow = 0;
+  };
+  struct Model {  // merit near e
+    BlockMatrix matrix;
+    Eigen::VectorXd gradient;
+  };
+
+  Net pointsOf(const Patch& patch, const Eigen::VectorXd& e) const;
+  Surface surfaceOf(const Patch& patch, const Eigen::VectorXd& e) const;
+  std::vector<ShapeEnergies> energiesAt(const Eigen::VectorXd& e) const;
+  double meritChange(const std::vector<ShapeEnergies>& at, const Eigen::VectorXd& e) const;
+  bool guardHolds(const Eigen::VectorXd& e, const std::vector<ShapeEnergies>& at, bool turnWeights);
+  bool figuresHold(const Eigen::VectorXd& e, double relativeError, std::vector<SurfaceFairness>& figures) const;
+  void makeRows();
+  void setMetrics(double most, double share);
+  bool startFromMetric();
+  bool stage();
+  bool refineRows();
+  Eigen::VectorXd shrunk(const Eigen::VectorXd& e) const;
+  double merit() const;
+  bool keepGoing(double fraction, const char* message);
+
+  const ShapeDescentOptions& options_;
+  std::vector<Patch> patches_;
+  Index unknowns_ = 0;
+  std::shared_ptr<const BlockPattern> pattern_;
+  std::optional<NestedCholesky> factor_;
+  BallRows rows_;
+  Eigen::VectorXd e_;
+  std::vector<Eigen::VectorXd> accepted_;
+  std::vector<double> metricNow_;
+  Index steps_ = 0;
+  StopReason stop_ = StopReason::precision;
+};
+
+double sizeOf(const Net& points) { return (points.colwise().maxCoeff() - points.colwise().minCoeff()).stableNorm(); }
+
+Descent::Descent(const std::vector<ShapePatch>& patches, const ShapeDescentOptions& options) : options_(options) {
+  std::vector<std::vector<int>> cliques;
+  for (const ShapePatch& input : patches) {
+    Patch patch{&input,
+                input.surface.euclideanNet(),
+                ShapeEnergy(input.surface, input.unknownOf),
+                {},
+                {},
+                {},
+                0,
+                1,
+                0,
+                0,
+                evenLevels(input.surface, options.ballsOnPoints ? 0 : 1),
+                0};
+    for (int u : input.unknownOf) unknowns_ = std::max<Index>(unknowns_, u + 1);
+    auto own = patch.energy.cliques();
+    cliques.insert(cliques.end(), std::make_move_iterator(own.begin()), std::make_move_iterator(own.end()));
+    patch.first = patch.now = patch.energy.values(patch.start);
+    patch.before = surfaceFairness(input.surface, {.relativeError = kGuardError});
+    // A plane has nothing to lose: below this all is rounding.
+    const double size = sizeOf(patch.start);
+    patch.plateFloor = 1e-14;
+    patch.roughnessFloor = size > 0 ? 1e-14 / (size * size) : 0;
+    patches_.push_back(std::move(patch));
+  }
+  pattern_ = std::make_shared<const BlockPattern>(patternOfCliques(unknowns_, cliques));
+  Eigen::MatrixX3d places = Eigen::MatrixX3d::Zero(unknowns_, 3);
+  for (const Patch& patch : patches_) {
+    for (std::size_t r = 0; r < patch.input->unknownOf.size(); ++r) {
+      const int u = patch.input->unknownOf[r];
+      if (u >= 0) places.row(u) = patch.start.row(static_cast<Index>(r));
+    }
+  }
+  factor_.emplace(pattern_, places);
+  e_ = zeros(3 * unknowns_);
+  makeRows();
+}
+
+Net Descent::pointsOf(const Patch& patch, const Eigen::VectorXd& e) const {
+  Net points = patch.start;
+  for (std::size_t r = 0; r < patch.input->unknownOf.size(); ++r) {
+    const int u = patch.input->unknownOf[r];
+    if (u >= 0) points.row(static_cast<Index>(r)) += e.segment<3>(3 * u).transpose();
+  }
+  return points;
+}
+
+Surface Descent::surfaceOf(const Patch& patch, const Eigen::VectorXd& e) const {
+  // Held points keep their bits: only free rows are written.
+  Surface surface = patch.input->surface;
+  Eigen::Ref<Net> net = surface.net();
+  for (std::size_t r = 0; r < patch.input->unknownOf.size(); ++r) {
+    const int u = patch.input->unknownOf[r];
+    if (u < 0) continue;
+    const double w = surface.isRational() ? net(static_cast<Index>(r), 3) : 1;
+    for (int c = 0; c < 3; ++c) net(static_cast<Index>(r), c) += w * e[3 * u + c];
+  }
+  return surface;
+}
+
+void Descent::makeRows() {
+  rows_ = {};
+  if (!(options_.tolerance < kUnlimited)) return;
+  for (Patch& patch : patches_) {
+    patch.firstRow = rows_.count();
+    appendHullRows(patch.input->surface, patch.input->unknownOf, patch.levels, options_.tolerance, rows_);
+  }
+}
+
+bool Descent::refineRows() {
+  if (options_.ballsOnPoints || rows_.count() == 0) return false;
+  bool changed = false;
+  for (Patch& patch : patches_) {
+    if (refineActive(patch.input->surface, patch.input->unknownOf, rows_, patch.firstRow, e_, kActive, kMostHalvings,
+                     patch.levels)) {
+      changed = true;
+    }
+  }
+  if (changed) makeRows();
+  return changed;
+}
+
+// Feasible to the last bit: the balls are convex and contain zero.
+Eigen::VectorXd Descent::shrunk(const Eigen::VectorXd& e) const {
+  const double ratio = rows_.largestRatio(e);
+  Eigen::VectorXd inside = e;
+  if (ratio > 1) inside *= (1 - 1e-12) / ratio;
+  return inside;
+}
+
+std::vector<ShapeEnergies> Descent::energiesAt(const Eigen::VectorXd& e) const {
+  std::vector<ShapeEnergies> at;
+  for (const Patch& patch : patches_) at.push_back(patch.energy.values(pointsOf(patch, e)));
+  return at;
+}
+
+// The merit at e less that at e_: sum of log roughness + theta log plate + mu metric / roughness at e_.
+double Descent::meritChange(const std::vector<ShapeEnergies>& at, const Eigen::VectorXd& e) const {
+  double change = 0;
+  for (std::size_t p = 0; p < patches_.size(); ++p) {
+    const Patch& patch = patches_[p];
+    const double rough = patch.now.roughness + patch.roughnessFloor;
+    change += std::log((at[p].roughness + patch.roughnessFloor) / rough);
+    change += patch.plateWeight * std::log((at[p].plate + patch.plateFloor) / (patch.now.plate + patch.plateFloor));
+    change += patch.metricWeight * (patch.energy.metric(pointsOf(patch, e)) - metricNow_[p]) / rough;
+  }
+  return change;
+}
+
+// No figure of any patch larger than its input's. With `turnWeights` the plate energy's weight is turned towards the
+// figure that is.
+bool Descent::guardHolds(const Eigen::VectorXd& e, const std::vector<ShapeEnergies>& at, bool turnWeights) {
+  bool holds = true;
+  for (std::size_t p = 0; p < patches_.size(); ++p) {
+    Patch& patch = patches_[p];
+    const bool plate = at[p].plate <= patch.first.plate;
+    bool rough = at[p].roughness <= patch.first.roughness;
+    // The curvature variation is at most the roughness, so mostly it need not be integrated.
+    const double elsewhere = patch.before.isophoteRoughness - patch.first.roughness;
+    if (plate && rough && at[p].roughness > 0.99 * (patch.before.curvatureVariation - std::max(0.0, elsewhere))) {
+      rough = surfaceFairness(surfaceOf(patch, e), {.relativeError = kGuardError}).curvatureVariation <=
+              patch.before.curvatureVariation;
+    }
+    if (plate && rough) continue;
+    holds = false;
+    if (turnWeights) patch.plateWeight *= plate ? 1.0 / 3 : 3;
+  }
+  return holds;
+}
+
+bool Descent::figuresHold(const Eigen::VectorXd& e, double relativeError, std::vector<SurfaceFairness>& figures) const {
+  figures.clear();
+  for (const Patch& patch : patches_) {
+    const SurfaceFairness& before = patch.before;
+    const SurfaceFairness after = surfaceFairness(surfaceOf(patch, e), {.relativeError = relativeError});
+    figures.push_back(after);
+    if (after.plate > before.plate || after.curvatureVariation > before.curvatureVariation ||
+        after.isophoteRoughness > before.isophoteRoughness) {
+      return false;
+    }
+  }
+  return true;
+}
+
+// Of what has been reached: both energies count alike.
+double Descent::merit() const {
+  double sum = 0;
+  for (const Patch& patch : patches_) {
+    sum += std::log(patch.now.roughness + patch.roughnessFloor) + std::log(patch.now.plate + patch.plateFloor);
+  }
+  return sum;
+}
+
+bool Descent::keepGoing(double fraction, const char* message) {
+  if (options_.progress.report(fraction, message)) return true;
+  stop_ = StopReason::cancelled;
+  return false;
+}
+
+void Descent::setMetrics(double most, double share) {
+  for (Patch& patch : patches_) {
+    patch.energy.setMetric(pointsOf(patch, e_));
+    const double metric = patch.energy.metric(pointsOf(patch, e_));
+    patch.metricWeight = metric > 0 ? std::min(most, share * patch.first.roughness / metric) : most;
+  }
+}
+
+// The minimum of the metric energy alone, where it has less of everything: the start for inputs that are folded or full
+// of noise, from which the exact energies would not find the way.
+bool Descent::startFromMetric() {
+  BlockMatrix matrix(pattern_);
+  Eigen::VectorXd gradient = zeros(3 * unknowns_);
+  for (const Patch& patch : patches_) {
+    const double scale = patch.first.roughness + patch.roughnessFloor;
+    patch.energy.addStep(patch.start, {0, 0, 1 / scale}, matrix, gradient);
+  }
+  const Eigen::VectorXd diagonal = matrix.pointDiagonal();
+  matrix.addDiagonal(1e-10 * diagonal);
+  Eigen::VectorXd x = e_;
+  const double whole = -gradient.dot(matrix.times(gradient)) / std::max(1e-300, gradient.squaredNorm());
+  const HullResult result =
+      minimizeInHull({&matrix, gradient, &rows_}, *factor_, x, {.accuracy = 1e-6 * std::abs(whole) + 1e-3});
+  if (result.factors > 0 && x.isZero(0)) return false;
+  x = shrunk(x);
+  const auto at = energiesAt(x);
+  for (std::size_t p = 0; p < patches_.size(); ++p) {
+    if (!(at[p].plate < patches_[p].first.plate) || !(at[p].roughness < 0.5 * patches_[p].first.roughness))
+      return false;
+  }
+  if (!guardHolds(x, at, false)) return false;
+  e_ = x;
+  for (std::size_t p = 0; p < patches_.size(); ++p) patches_[p].now = at[p];
+  accepted_.push_back(e_);
+  return true;
+}
+
+// Steps until the merit stands still; returns false if nothing was gained at all.
+bool Descent::stage() {
+  double damping = kFirstDamping;
+  int small = 0, turns = 0;
+  bool gained = false;
+  while (true) {
+    if (steps_ >= options_.maxSteps) {
+      stop_ = StopReason::steps;
+      return gained;
+    }
+    if (!keepGoing(static_cast<double>(steps_) / static_cast<double>(options_.maxSteps), "fairing")) return gained;
+    BlockMatrix matrix(pattern_);
+    Eigen::VectorXd gradient = zeros(3 * unknowns_);
+    metricNow_.clear();
+    for (Patch& patch : patches_) {
+      const double rough = patch.now.roughness + patch.roughnessFloor;
+      const Net points = pointsOf(patch, e_);
+      patch.energy.addStep(
+          points, {1 / rough, patch.plateWeight / (patch.now.plate + patch.plateFloor), patch.metricWeight / rough},
+          matrix, gradient);
+      metricNow_.push_back(patch.energy.metric(points));
+    }
+    const Eigen::VectorXd diagonal = matrix.pointDiagonal();
+    bool accepted = false;
+    while (!accepted) {
+      BlockMatrix damped = matrix;
+      damped.addDiagonal(damping * diagonal);
+      Eigen::VectorXd x = e_;
+      const Eigen::VectorXd linear = gradient - damped.times(e_);
+      minimizeInHull({&damped, linear, &rows_}, *factor_, x);
+      x = shrunk(x);
+      const Eigen::VectorXd step = x - e_;
+      const double predicted = -(gradient.dot(step) + 0.5 * step.dot(matrix.times(step)));
+      if (predicted < kStopPredicted) {
+        stop_ = StopReason::gain;
+        return gained;
+      }
+      Eigen::VectorXd refused;
+      std::vector<ShapeEnergies> refusedAt;
+      double change = 0;
+      for (double t : kSteps) {
+        const Eigen::VectorXd tried = e_ + t * step;
+        const auto at = energiesAt(tried);
+        change = meritChange(at, tried);
+        if (!(change <= -kLeastShare * t * predicted)) continue;
+        if (!guardHolds(tried, at, false)) {
+          if (refused.size() == 0) {
+            refused = tried;
+            refusedAt = at;
+          }
+          continue;
+        }
+        e_ = tried;
+        for (std::size_t p = 0; p < patches_.size(); ++p) patches_[p].now = at[p];
+        accepted = true;
+        if (t == 1) damping = std::max(kLeastDamping, damping / 5);
+        break;
+      }
+      if (accepted) {
+        ++steps_;
+        accepted_.push_back(e_);
+        gained = true;
+        small = -change < kStopChange ? small + 1 : 0;
+        if (small >= 2) {
+          stop_ = StopReason::gain;
+          return gained;
+        }
+      } else if (refused.size() > 0 && turns < kMostTurns) {
+        guardHolds(refused, refusedAt, true);
+        ++turns;
+        break;  // the matrix has other weights now
+      } else {
+        damping *= 10;
+        if (damping > kMostDamping) {
+          stop_ = StopReason::precision;
+          return gained;
+        }
+      }
+    }
+  }
+}
+
+ShapeDescent Descent::run() {
+  const auto begin = std::chrono::steady_clock::now();
+  ShapeDescent result;
+  accepted_.push_back(e_);
+  bool flat = true;
+  for (const Patch& patch : patches_) {
+    if (patch.first.roughness > 1e4 * patch.roughnessFloor || patch.first.plate > 1e4 * patch.plateFloor) flat = false;
+  }
+  if (unknowns_ > 0 && !flat) {
+    setMetrics(kMetricWeight, kMetricShare);
+    startFromMetric();
+    stage();
+    const double firstMerit = merit();
+    const std::size_t firstStage = accepted_.size();
+    // The arc lengths of the input were those of its noise: once more with those of the result.
+    if (stop_ != StopReason::cancelled) {
+      refineRows();
+      setMetrics(kLaterMetricWeight, kMetricShare);
+      for (Patch& patch : patches_) patch.plateWeight = 1;
+      stage();
+      if (merit() > firstMerit) accepted_.resize(firstStage);
+    }
+  }
+  result.steps = steps_;
+  result.stopReason = unknowns_ == 0 || flat ? StopReason::nothingFree : stop_;
+  for (Patch& patch : patches_) patch.before = surfaceFairness(patch.input->surface, {.relativeError = kFinalError});
+  // The last surface whose figures hold when integrated sharply.
+  while (accepted_.size() > 1 && !figuresHold(accepted_.back(), kFinalError, result.after)) accepted_.pop_back();
+  const Eigen::VectorXd& e = accepted_.back();
+  for (const Patch& patch : patches_) {
+    result.before.push_back(patch.before);
+    result.surfaces.push_back(surfaceOf(patch, e));
+  }
+  if (accepted_.size() == 1) result.after = result.before;
+  if (rows_.count() > 0) {
+    const Eigen::VectorXd reached = rows_.times(e);
+    for (Index i = 0; i < rows_.count(); ++i) {
+      result.activeRows += reached.segment<3>(3 * i).norm() > 0.999 * options_.tolerance;
+    }
+  }
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return result;
+}
+
+}  // namespace
+
+ShapeDescent descendShape(const std::vector<ShapePatch>& patches, const ShapeDescentOptions& options) {
+  return Descent(patches, options).run();
+}
+
+}  // namespace strak

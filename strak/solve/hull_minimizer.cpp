@@ -1,0 +1,283 @@
+#include "strak/solve/hull_minimizer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace strak {
+
+using Eigen::Index;
+
+Eigen::VectorXd BallRows::times(const Eigen::VectorXd& x) const {
+  Eigen::VectorXd y(3 * count());
+  for (Index i = 0; i < count(); ++i) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (auto k = static_cast<std::size_t>(start[static_cast<std::size_t>(i)]);
+         k < static_cast<std::size_t>(start[static_cast<std::size_t>(i) + 1]); ++k) {
+      sum += weight[k] * x.segment<3>(3 * point[k]);
+    }
+    y.segment<3>(3 * i) = sum;
+  }
+  return y;
+}
+
+double BallRows::largestRatio(const Eigen::VectorXd& x) const {
+  const Eigen::VectorXd y = times(x);
+  double largest = 0;
+  for (Index i = 0; i < count(); ++i) {
+    largest = std::max(largest, y.segment<3>(3 * i).norm() / radius[static_cast<std::size_t>(i)]);
+  }
+  return largest;
+}
+
+namespace {
+
+using Cone = Eigen::Vector4d;  // a point of the second-order cone: |last three| <= first
+using Cones = Eigen::Matrix4Xd;
+
+constexpr double kPullIn = 0.9;     // the start is moved towards the middle of its balls
+constexpr double kToBorder = 0.99;  // of the longest step
+constexpr double kFirstGap = 1;     // the functions to be minimised here are sums of logarithms
+constexpr double kDualResidual = 1e-4;
+
+double coneProduct(const Cone& a, const Cone& b) { return a[0] * b[0] - a.tail<3>().dot(b.tail<3>()); }
+
+// The product of Jordan's algebra and its inverse.
+Cone jordan(const Cone& a, const Cone& b) {
+  Cone c;
+  c[0] = a.dot(b);
+  c.tail<3>() = a[0] * b.tail<3>() + b[0] * a.tail<3>();
+  return c;
+}
+Cone jordanDivide(const Cone& d, const Cone& a) {
+  Cone x;
+  x[0] = (a[0] * d[0] - a.tail<3>().dot(d.tail<3>())) / coneProduct(a, a);
+  x.tail<3>() = (d.tail<3>() - x[0] * a.tail<3>()) / a[0];
+  return x;
+}
+
+// Nesterov and Todd's scaling of one cone: W = beta (2 v v^T - J), W z = W^-1 s.
+struct Scaling {
+  Cone v, w;
+  double beta = 1;
+
+  Scaling(const Cone& s, const Cone& z) {
+    const double ss = std::sqrt(coneProduct(s, s)), zz = std::sqrt(coneProduct(z, z));
+    const Cone sn = s / ss, zn = z / zz;
+    const double gamma = std::sqrt((1 + sn.dot(zn)) / 2);
+    w = sn;
+    w[0] += zn[0];
+    w.tail<3>() -= zn.tail<3>();
+    w /= 2 * gamma;
+    v = w;
+    v[0] += 1;
+    v /= std::sqrt(2 * (w[0] + 1));
+    beta = std::sqrt(ss / zz);
+  }
+  Cone times(const Cone& x) const {
+    Cone y = 2 * v.dot(x) * v;
+    y[0] -= x[0];
+    y.tail<3>() += x.tail<3>();
+    return beta * y;
+  }
+  Cone inverseTimes(const Cone& x) const {
+    Cone jv = v;
+    jv.tail<3>() *= -1;
+    Cone y = 2 * jv.dot(x) * jv;
+    y[0] -= x[0];
+    y.tail<3>() += x.tail<3>();
+    return y / beta;
+  }
+  // The block of W^-2 that belongs to the last three.
+  Eigen::Matrix3d inverseSquare() const {
+    return (2 * w.tail<3>() * w.tail<3>().transpose() + Eigen::Matrix3d::Identity()) / (beta * beta);
+  }
+};
+
+// The largest t with x + t d in the cone; x lies inside.
+double toBorder(const Cone& x, const Cone& d) {
+  const double a = coneProduct(d, d), b = coneProduct(x, d), c = coneProduct(x, x);
+  double t = std::numeric_limits<double>::infinity();
+  if (d[0] < 0) t = -x[0] / d[0];
+  const double root = b * b - a * c;
+  if (root >= 0) {
+    // The least positive zero of c + 2 b t + a t^2, c > 0, without cancellation.
+    const double q = -(b + (b >= 0 ? std::sqrt(root) : -std::sqrt(root)));
+    for (double zero : {q != 0 ? c / q : t, a != 0 ? q / a : t}) {
+      if (zero > 0) t = std::min(t, zero);
+    }
+  }
+  return t;
+}
+
+class InteriorPoints {
+ public:
+  InteriorPoints(const HullProblem& problem, NestedCholesky& factor, const Eigen::VectorXd& start)
+      : p_(problem), rows_(*problem.rows), factor_(factor), newton_(*problem.hessian), x_(kPullIn * start) {
+    findPlaces();
+    const Index n = rows_.count();
+    s_.resize(4, n);
+    z_.resize(4, n);
+    const Eigen::VectorXd y = rows_.times(x_);
+    for (Index i = 0; i < n; ++i) {
+      s_.col(i) << rows_.radius[static_cast<std::size_t>(i)], y.segment<3>(3 * i);
+      Cone inverse = s_.col(i);
+      inverse.tail<3>() *= -1;
+      z_.col(i) = kFirstGap / static_cast<double>(n) / coneProduct(s_.col(i), s_.col(i)) * inverse;
+    }
+  }
+
+  HullResult run(const HullOptions& options);
+  const Eigen::VectorXd& x() const { return x_; }
+
+ private:
+  void findPlaces();
+  void addTransposed(const Cones& y, double sign, Eigen::VectorXd& to) const;
+  Cones rowsTimes(const Eigen::VectorXd& x) const;
+  bool factorNewton(const std::vector<Scaling>& w);
+
+  const HullProblem& p_;
+  const BallRows& rows_;
+  NestedCholesky& factor_;
+  BlockMatrix newton_;
+  Eigen::VectorXd x_;
+  Cones s_, z_;
+  std::vector<int> places_;  // of the blocks that the rows touch, in the order of factorNewton
+};
+
+void InteriorPoints::findPlaces() {
+  for (std::size_t i = 0; i + 1 < rows_.start.size(); ++i) {
+    for (auto a = static_cast<std::size_t>(rows_.start[i]); a < static_cast<std::size_t>(rows_.start[i + 1]); ++a) {
+      for (auto b = static_cast<std::size_t>(rows_.start[i]); b < static_cast<std::size_t>(rows_.start[i + 1]); ++b) {
+        if (rows_.point[a] < rows_.point[b]) continue;
+        places_.push_back(static_cast<int>(newton_.pattern().place(rows_.point[a], rows_.point[b])));
+      }
+    }
+  }
+}
+
+bool InteriorPoints::factorNewton(const std::vector<Scaling>& w) {
+  newton_ = *p_.hessian;
+  auto place = places_.begin();
+  for (std::size_t i = 0; i + 1 < rows_.start.size(); ++i) {
+    const Eigen::Matrix3d d = w[i].inverseSquare();
+    for (auto a = static_cast<std::size_t>(rows_.start[i]); a < static_cast<std::size_t>(rows_.start[i + 1]); ++a) {
+      for (auto b = static_cast<std::size_t>(rows_.start[i]); b < static_cast<std::size_t>(rows_.start[i + 1]); ++b) {
+        if (rows_.point[a] < rows_.point[b]) continue;
+        Eigen::Map<Eigen::Matrix3d>(newton_.at(*place++)) += rows_.weight[a] * rows_.weight[b] * d;
+      }
+    }
+  }
+  return factor_.factor(newton_);
+}
+
+// to += sign R^T (last three of y)
+void InteriorPoints::addTransposed(const Cones& y, double sign, Eigen::VectorXd& to) const {
+  for (Index i = 0; i < rows_.count(); ++i) {
+    for (auto k = static_cast<std::size_t>(rows_.start[static_cast<std::size_t>(i)]);
+         k < static_cast<std::size_t>(rows_.start[static_cast<std::size_t>(i) + 1]); ++k) {
+      to.segment<3>(3 * rows_.point[k]) += sign * rows_.weight[k] * y.col(i).tail<3>();
+    }
+  }
+}
+
+Cones InteriorPoints::rowsTimes(const Eigen::VectorXd& x) const {
+  const Eigen::VectorXd y = rows_.times(x);
+  Cones c(4, rows_.count());
+  for (Index i = 0; i < rows_.count(); ++i) c.col(i) << 0, y.segment<3>(3 * i);
+  return c;
+}
+
+HullResult InteriorPoints::run(const HullOptions& options) {
+  HullResult result;
+  const Index n = rows_.count();
+  double residualLeft = 1;
+  Eigen::VectorXd ax = p_.hessian->times(x_);
+  while (true) {
+    result.gap = s_.cwiseProduct(z_).sum();
+    result.value = x_.dot(0.5 * ax + p_.linear);
+    if (result.gap <= options.accuracy && residualLeft <= kDualResidual) {
+      result.solved = true;
+      return result;
+    }
+    if (result.factors >= options.maxFactors) return result;
+    std::vector<Scaling> w;
+    w.reserve(static_cast<std::size_t>(n));
+    Cones lambda(4, n);
+    for (Index i = 0; i < n; ++i) {
+      w.emplace_back(s_.col(i), z_.col(i));
+      lambda.col(i) = w.back().times(z_.col(i));
+    }
+    ++result.factors;
+    if (!lambda.allFinite() || !factorNewton(w)) return result;
+    // The stationarity A x + b - R^T z = 0.
+    Eigen::VectorXd residual = ax + p_.linear;
+    addTransposed(z_, -1, residual);
+
+    Cones ds(4, n), dz(4, n), target(4, n);
+    Eigen::VectorXd dx;
+    const auto solve = [&](double share) {
+      Cones scaled(4, n);
+      for (Index i = 0; i < n; ++i) {
+        target.col(i) = jordanDivide(target.col(i), lambda.col(i));
+        scaled.col(i) = w[static_cast<std::size_t>(i)].inverseTimes(target.col(i));
+      }
+      Eigen::VectorXd right = -share * residual;
+      addTransposed(scaled, 1, right);
+      dx = factor_.solve(right);
+      ds = rowsTimes(dx);
+      for (Index i = 0; i < n; ++i) {
+        const Scaling& scale = w[static_cast<std::size_t>(i)];
+        dz.col(i) = scale.inverseTimes(target.col(i) - scale.inverseTimes(ds.col(i)));
+      }
+    };
+    const auto longest = [&] {
+      double t = std::numeric_limits<double>::infinity();
+      for (Index i = 0; i < n; ++i) {
+        t = std::min({t, toBorder(s_.col(i), ds.col(i)), toBorder(z_.col(i), dz.col(i))});
+      }
+      return t;
+    };
+    for (Index i = 0; i < n; ++i) target.col(i) = -jordan(lambda.col(i), lambda.col(i));
+    solve(1);
+    const double reach = std::min(1.0, longest());
+    const double sigma = std::pow(1 - reach, 3), mean = result.gap / static_cast<double>(n);
+    for (Index i = 0; i < n; ++i) {
+      const Scaling& scale = w[static_cast<std::size_t>(i)];
+      target.col(i) =
+          -jordan(lambda.col(i), lambda.col(i)) - jordan(scale.inverseTimes(ds.col(i)), scale.times(dz.col(i)));
+      target(0, i) += sigma * mean;
+    }
+    solve(1 - sigma);
+    const double t = std::min(1.0, kToBorder * longest());
+    if (!(t > 1e-8) || !dx.allFinite()) return result;
+    x_ += t * dx;
+    ax = p_.hessian->times(x_);
+    s_ += t * ds;
+    z_ += t * dz;
+    residualLeft *= 1 - t * (1 - sigma);
+  }
+}
+
+}  // namespace
+
+HullResult minimizeInHull(const HullProblem& problem, NestedCholesky& factor, Eigen::VectorXd& x,
+                          const HullOptions& options) {
+  HullResult result;
+  result.factors = 1;
+  if (!factor.factor(*problem.hessian)) return result;
+  const Eigen::VectorXd free = factor.solve(-problem.linear);
+  if (!problem.rows || problem.rows->count() == 0 || problem.rows->largestRatio(free) <= 1) {
+    x = free;
+    result.solved = true;
+    result.value = 0.5 * x.dot(problem.linear);
+    return result;
+  }
+  InteriorPoints method(problem, factor, x);
+  result = method.run(options);
+  ++result.factors;
+  x = method.x();
+  return result;
+}
+
+}  // namespace strak
