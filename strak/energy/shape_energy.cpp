@@ -136,12 +136,21 @@ ShapeEnergy::ShapeEnergy(const Surface& surface, std::vector<int> unknownOf, int
         }
       }
       if (active) cells_.push_back({a, b});
+      active_.push_back(active ? 1 : 0);
     }
   }
 }
 
 ShapeEnergy::~ShapeEnergy() = default;
 ShapeEnergy::ShapeEnergy(ShapeEnergy&&) noexcept = default;
+
+bool ShapeEnergy::isActive(double u, double v) const {
+  const auto number = [](const Direction& d, double t) {
+    return static_cast<std::size_t>(std::lower_bound(d.spans.begin(), d.spans.end(), d.knots.findSpan(t)) -
+                                    d.spans.begin());
+  };
+  return active_[number(*u_, u) * v_->spans.size() + number(*v_, v)] != 0;
+}
 
 std::vector<std::vector<int>> ShapeEnergy::cliques() const {
   std::vector<std::vector<int>> result;

@@ -31,6 +31,9 @@ class ShapeEnergy {
   // The unknowns that each active cell couples, for patternOfCliques.
   std::vector<std::vector<int>> cliques() const;
   Index activeCells() const { return static_cast<Index>(cells_.size()); }
+  // Whether the place lies in an active cell: the part of the surface that a free point moves.
+  bool isActive(double u, double v) const;
+  bool isWhole() const { return cells_.size() == active_.size(); }
 
   // Over the active cells. `points`: the net in space (euclideanNet). Multi-threaded, results independent of threads.
   ShapeEnergies values(const Net& points) const;
@@ -64,6 +67,7 @@ class ShapeEnergy {
   Index columns_ = 0;        // of the net
   std::unique_ptr<Direction> u_, v_;
   std::vector<Cell> cells_;
+  std::vector<char> active_;                             // by spans, v fastest
   Eigen::SparseMatrix<double, Eigen::RowMajor> metric_;  // by control points
 };
 

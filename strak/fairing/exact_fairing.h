@@ -31,7 +31,7 @@ struct ExactFairingOptions {
 
 struct ExactFairing {
   Surface spline;
-  SurfaceFairness before, after;  // integrated adaptively
+  SurfaceFairness before, after;  // over the knot cells that free points move, integrated adaptively
   FairingSummary summary;         // its energy is the isophote roughness; the gap is not a number: not convex
 };
 

@@ -28,6 +28,7 @@ constexpr int kMostHalvings = 2;      // of a span of the hull
 constexpr double kActive = 0.95;      // of the radius: rows whose hull is worth refining
 constexpr double kGuardError = 1e-3;  // of the adaptive integrals while descending
 constexpr double kFinalError = 2e-5;
+constexpr double kStartAccuracy = 1e-6;  // of the metric energy of the input
 
 Eigen::VectorXd zeros(Index n) { return Eigen::VectorXd::Zero(n); }
 
@@ -42,7 +43,7 @@ class Descent {
     Net start;  // points in space
     ShapeEnergy energy;
     ShapeEnergies first, now;  // over the active cells
-    SurfaceFairness before;    // over the whole surface
+    SurfaceFairness before;    // the same and more, integrated adaptively
     double metricWeight = 0;   // mu
     double plateWeight = 1;    // theta
     double roughnessFloor = 0, plateFloor = 0;
@@ -54,6 +55,7 @@ class Descent {
     Eigen::VectorXd gradient;
   };
 
+  static SurfaceFairness figuresOf(const Patch& patch, const Surface& surface, double relativeError);
   Net pointsOf(const Patch& patch, const Eigen::VectorXd& e) const;
   Surface surfaceOf(const Patch& patch, const Eigen::VectorXd& e) const;
   std::vector<ShapeEnergies> energiesAt(const Eigen::VectorXd& e) const;
@@ -103,7 +105,7 @@ Descent::Descent(const std::vector<ShapePatch>& patches, const ShapeDescentOptio
     auto own = patch.energy.cliques();
     cliques.insert(cliques.end(), std::make_move_iterator(own.begin()), std::make_move_iterator(own.end()));
     patch.first = patch.now = patch.energy.values(patch.start);
-    patch.before = surfaceFairness(input.surface, {.relativeError = kGuardError});
+    patch.before = figuresOf(patch, input.surface, kGuardError);
     // A plane has nothing to lose: below this all is rounding.
     const double size = sizeOf(patch.start);
     patch.plateFloor = 1e-14;
@@ -121,6 +123,20 @@ Descent::Descent(const std::vector<ShapePatch>& patches, const ShapeDescentOptio
   factor_.emplace(pattern_, places);
   e_ = zeros(3 * unknowns_);
   makeRows();
+}
+
+// Over the active cells: what is held may be singular, or cut away.
+SurfaceFairness Descent::figuresOf(const Patch& patch, const Surface& surface, double relativeError) {
+  FairnessOptions options;
+  options.relativeError = relativeError;
+  options.maxEvaluations = 1'000'000 + 100 * patch.energy.activeCells();
+  if (!patch.energy.isWhole()) {
+    options.context = &patch.energy;
+    options.inside = [](double u, double v, const void* energy) {
+      return static_cast<const ShapeEnergy*>(energy)->isActive(u, v);
+    };
+  }
+  return surfaceFairness(surface, options);
 }
 
 Net Descent::pointsOf(const Patch& patch, const Eigen::VectorXd& e) const {
@@ -203,10 +219,8 @@ bool Descent::guardHolds(const Eigen::VectorXd& e, const std::vector<ShapeEnergi
     const bool plate = at[p].plate <= patch.first.plate;
     bool rough = at[p].roughness <= patch.first.roughness;
     // The curvature variation is at most the roughness, so mostly it need not be integrated.
-    const double elsewhere = patch.before.isophoteRoughness - patch.first.roughness;
-    if (plate && rough && at[p].roughness > 0.99 * (patch.before.curvatureVariation - std::max(0.0, elsewhere))) {
-      rough = surfaceFairness(surfaceOf(patch, e), {.relativeError = kGuardError}).curvatureVariation <=
-              patch.before.curvatureVariation;
+    if (plate && rough && at[p].roughness > 0.99 * patch.before.curvatureVariation) {
+      rough = figuresOf(patch, surfaceOf(patch, e), kGuardError).curvatureVariation <= patch.before.curvatureVariation;
     }
     if (plate && rough) continue;
     holds = false;
@@ -219,7 +233,7 @@ bool Descent::figuresHold(const Eigen::VectorXd& e, double relativeError, std::v
   figures.clear();
   for (const Patch& patch : patches_) {
     const SurfaceFairness& before = patch.before;
-    const SurfaceFairness after = surfaceFairness(surfaceOf(patch, e), {.relativeError = relativeError});
+    const SurfaceFairness after = figuresOf(patch, surfaceOf(patch, e), relativeError);
     figures.push_back(after);
     if (after.plate > before.plate || after.curvatureVariation > before.curvatureVariation ||
         after.isophoteRoughness > before.isophoteRoughness) {
@@ -258,16 +272,14 @@ bool Descent::startFromMetric() {
   BlockMatrix matrix(pattern_);
   Eigen::VectorXd gradient = zeros(3 * unknowns_);
   for (const Patch& patch : patches_) {
-    const double scale = patch.first.roughness + patch.roughnessFloor;
-    patch.energy.addStep(patch.start, {0, 0, 1 / scale}, matrix, gradient);
+    const double metric = patch.energy.metric(patch.start);
+    if (metric > 0) patch.energy.addStep(patch.start, {0, 0, 1 / metric}, matrix, gradient);
   }
   const Eigen::VectorXd diagonal = matrix.pointDiagonal();
+  if (!(diagonal.minCoeff() > 0)) return false;
   matrix.addDiagonal(1e-10 * diagonal);
   Eigen::VectorXd x = e_;
-  const double whole = -gradient.dot(matrix.times(gradient)) / std::max(1e-300, gradient.squaredNorm());
-  const HullResult result =
-      minimizeInHull({&matrix, gradient, &rows_}, *factor_, x, {.accuracy = 1e-6 * std::abs(whole) + 1e-3});
-  if (result.factors > 0 && x.isZero(0)) return false;
+  minimizeInHull({&matrix, gradient, &rows_}, *factor_, x, {.accuracy = kStartAccuracy});
   x = shrunk(x);
   const auto at = energiesAt(x);
   for (std::size_t p = 0; p < patches_.size(); ++p) {
@@ -388,7 +400,7 @@ ShapeDescent Descent::run() {
   }
   result.steps = steps_;
   result.stopReason = unknowns_ == 0 || flat ? StopReason::nothingFree : stop_;
-  for (Patch& patch : patches_) patch.before = surfaceFairness(patch.input->surface, {.relativeError = kFinalError});
+  for (Patch& patch : patches_) patch.before = figuresOf(patch, patch.input->surface, kFinalError);
   // The last surface whose figures hold when integrated sharply.
   while (accepted_.size() > 1 && !figuresHold(accepted_.back(), kFinalError, result.after)) accepted_.pop_back();
   const Eigen::VectorXd& e = accepted_.back();
