@@ -26,8 +26,8 @@ namespace {
 // The options as they were typed.
 struct FairArguments {
   std::string input, output, report;
-  std::string tolerance, toleranceKind = "points", hold = "g2", energy = "thin-plate", scale = "lengths";
-  std::string method = "optimal", steps, gap = "1e-6", minGain = "0", maxChanges, pointsPerList = "1", faces, threads;
+  std::string tolerance, toleranceKind, hold = "g2", energy, scale;
+  std::string method = "optimal", steps, gap, minGain = "0", maxChanges, pointsPerList = "1", faces, threads;
   bool noRefine = false, json = false, quiet = false;
   std::string commandLine;
 };
@@ -43,17 +43,38 @@ void requireReportPath(const FairArguments& arguments) {
   }
 }
 
+// The energy that is meant: options that only quadratic energies have imply one.
+std::string energyOf(const FairArguments& arguments) {
+  const bool exact = arguments.energy == kExactEnergy;
+  const char* quadratic = nullptr;
+  if (arguments.method != "optimal") quadratic = "--method";
+  if (!arguments.scale.empty()) quadratic = "--parameter-scale";
+  if (!arguments.gap.empty()) quadratic = "--gap";
+  if (exact && quadratic) {
+    throw InvalidInput(fmt::format(
+        "{} is for quadratic energies, --energy exact has none: leave it out, or choose --energy thin-plate",
+        quadratic));
+  }
+  if (!arguments.energy.empty()) {
+    if (!exact) energyNamed<2>(arguments.energy);
+    return arguments.energy;
+  }
+  return quadratic ? "thin-plate" : kExactEnergy;
+}
+
 CertifiedFairingOptions fairingOptions(const FairArguments& arguments, double modelSize) {
   CertifiedFairingOptions options;
   options.method = fairingMethodNamed(arguments.method);
   if (!arguments.tolerance.empty()) options.tolerance = lengthOf("--tolerance", arguments.tolerance, modelSize);
-  options.toleranceKind = toleranceKindNamed(arguments.toleranceKind);
-  options.gap = positiveNumber("--gap", arguments.gap);
+  const bool exact = energyOf(arguments) == kExactEnergy;
+  options.toleranceKind = arguments.toleranceKind.empty() ? (exact ? ToleranceKind::surface : ToleranceKind::points)
+                                                          : toleranceKindNamed(arguments.toleranceKind);
+  if (!arguments.gap.empty()) options.gap = positiveNumber("--gap", arguments.gap);
   options.minGain = positiveNumber("--min-gain", arguments.minGain, true);
   if (!arguments.steps.empty()) options.maxSteps = wholeNumber("--steps", arguments.steps, 1);
   if (!arguments.maxChanges.empty()) options.maxChangesPerPoint = wholeNumber("--max-changes", arguments.maxChanges, 1);
   options.pointsPerList = wholeNumber("--points-per-list", arguments.pointsPerList, 1);
-  options.scale = parameterScaleNamed(arguments.scale);
+  if (!arguments.scale.empty()) options.scale = parameterScaleNamed(arguments.scale);
   return options;
 }
 
@@ -139,7 +160,7 @@ void printSummary(const FairReport& report, const FairArguments& arguments) {
 
 void fair(const FairArguments& arguments) {
   const Stopwatch watch;
-  energyNamed<2>(arguments.energy);  // a misspelt name is found before the file is read
+  const std::string energy = energyOf(arguments);  // a misspelt name is found before the file is read
   const auto rows = holdRows(arguments.hold);
   std::optional<tbb::global_control> threads;
   if (!arguments.threads.empty()) {
@@ -154,7 +175,7 @@ void fair(const FairArguments& arguments) {
   const auto model = readModel(arguments.input);
   FairModelOptions options;
   options.selected = selectedObjects(arguments.faces, model->objects());
-  options.energy = arguments.energy;
+  options.energy = energy;
   options.holdRows = rows;
   options.refine = !arguments.noRefine;
   options.fairing = fairingOptions(arguments, model->size());
@@ -200,34 +221,29 @@ void addFair(CLI::App& program, const std::string& commandLine) {
   command->add_option("--tolerance", arguments->tolerance,
                       "How far anything may move: a length in the file's unit (0.5), or a part of the model's size "
                       "(0.0001size); without it only the held rows keep the shape");
-  command
-      ->add_option("--tolerance-kind", arguments->toleranceKind,
-                   "points: no control point moves further; surface: the certified deviation just reaches the "
-                   "tolerance, control points may move further")
-      ->capture_default_str();
+  command->add_option("--tolerance-kind", arguments->toleranceKind,
+                      "surface: the certified deviation of the surface is at most the tolerance; points: no control "
+                      "point moves further. Default: surface for --energy exact, points for quadratic energies");
   command
       ->add_option("--hold", arguments->hold,
                    "What stays at the borders: g0, g1, g2 (1, 2, 3 rows of control points), a number of rows, or "
                    "UMIN,UMAX,VMIN,VMAX")
       ->capture_default_str();
-  command
-      ->add_option("--energy", arguments->energy,
-                   "thin-plate, laplacian, third-order, laplacian-gradient, third-derivatives, q3, or a mixture like "
-                   "thin-plate+0.01*third-derivatives")
-      ->capture_default_str();
-  command
-      ->add_option("--parameter-scale", arguments->scale,
-                   "In which parameters the energy is measured: lengths (of the parameter lines), domain (the knots "
-                   "as they are), unit (each domain [0, 1])")
-      ->capture_default_str();
+  command->add_option(
+      "--energy", arguments->energy,
+      "exact: bending, curvature variation and isophote roughness of the surface itself (default); or a "
+      "quadratic energy in the parameters: thin-plate, laplacian, third-order, laplacian-gradient, "
+      "third-derivatives, q3, or a mixture like thin-plate+0.01*third-derivatives");
+  command->add_option("--parameter-scale", arguments->scale,
+                      "In which parameters a quadratic energy is measured: lengths (of the parameter lines, default), "
+                      "domain (the knots as they are), unit (each domain [0, 1])");
   command
       ->add_option("--method", arguments->method,
                    "optimal: the best surface within the tolerance; local: one control point at a time; "
                    "local-literal: the same with the ranking as first published")
       ->capture_default_str();
-  command
-      ->add_option("--gap", arguments->gap, "Stop once the energy is certified to be this near to the least possible")
-      ->capture_default_str();
+  command->add_option("--gap", arguments->gap,
+                      "Quadratic energies: stop once certified to be this near to the least possible (1e-6)");
   command->add_option("--steps", arguments->steps, "At most so many moves (local) or iterations (optimal) an object");
   command->add_option("--min-gain", arguments->minGain, "Local: stop once no point gains more energy than this")
       ->capture_default_str();

@@ -12,6 +12,7 @@
 
 #include "apps/cli/console.h"
 #include "strak/base/error.h"
+#include "strak/fairing/exact_fairing.h"
 #include "strak/report/trim_region.h"
 
 namespace strak::cli {
@@ -158,12 +159,67 @@ void noteHonestly(FairedObject& entry) {
   }
 }
 
+// Everything that a person wants to know of a faired object, whatever method it was.
+template <int D>
+void describeResult(const Model& model, const Job& job, const Spline<D>& before, Spline<D> after,
+                    const FairingSummary& summary, const Deviation<D>& deviation, FairedObject& entry) {
+  entry.summary = summary;
+  entry.deviationLower = deviation.lower;
+  entry.deviationUpper = deviation.upper;
+  entry.controlPointMove = summary.largestMove;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  entry.plate = {kNone, kNone};
+  measure(objectAt(model, job.objects.front()), before, after, entry);
+  for (int k = 0; k < D; ++k) entry.points[static_cast<std::size_t>(k)] = after.size(k);
+  entry.after = std::move(after);
+}
+
+const char* const kNothingGained = "already as fair as the tolerance and the held points allow: left as it was";
+
+void fairSurfaceExactly(const Model& model, const Job& job, const Surface& spline, const FairModelOptions& options,
+                        const Progress& progress, FairedObject& entry) {
+  if (spline.pointDimension() != 3) {
+    entry.leftAlone = "exact energies need a surface in space: choose another --energy";
+    return;
+  }
+  PlanOptions planOptions;
+  planOptions.rows = rowsFor<2>(options.holdRows);
+  planOptions.refine = options.refine;
+  const FacePlan plan = planShared(model, job, spline, planOptions);
+  entry.notes.insert(entry.notes.end(), plan.notes.begin(), plan.notes.end());
+  if (!plan.leftAlone.empty()) {
+    entry.leftAlone = plan.leftAlone;
+    return;
+  }
+  ExactFairingOptions exact;
+  exact.tolerance = options.fairing.tolerance;
+  exact.ballsOnPoints = options.fairing.toleranceKind == ToleranceKind::points;
+  exact.maxSteps = static_cast<int>(std::min<Index>(options.fairing.maxSteps, exact.maxSteps));
+  exact.progress = progress;
+  ExactFairing faired = fairExactly(plan.spline, plan.held, exact);
+  Deviation<2> deviation;
+  if (faired.summary.largestMove > 0) {
+    deviation = certifyDeviation(spline, faired.spline);
+  } else {
+    faired.spline = spline;
+    entry.notes = {kNothingGained};
+  }
+  entry.energyName = kExactEnergy;
+  describeResult(model, job, spline, std::move(faired.spline), faired.summary, deviation, entry);
+}
+
 template <int D>
 void fairOne(const Model& model, const Job& job, const Spline<D>& spline, const FairModelOptions& options,
              const Progress& progress, FairedObject& entry) {
-  constexpr double kSolving = 0.85;         // the rest is for certifying and measuring
-  constexpr double kNothingGained = 1e-12;  // of the energy: rounding
-  const auto energy = energyNamed<D>(options.energy);
+  constexpr double kSolving = 0.85;    // the rest is for certifying and measuring
+  constexpr double kRounding = 1e-12;  // of the energy
+  if constexpr (D == 2) {
+    if (options.energy == kExactEnergy) {
+      fairSurfaceExactly(model, job, spline, options, progress, entry);
+      return;
+    }
+  }
+  const auto energy = energyNamed<D>(options.energy == kExactEnergy ? "thin-plate" : options.energy);
   const auto plan = planOf(model, job, spline, energy, options);
   entry.notes.insert(entry.notes.end(), plan.notes.begin(), plan.notes.end());
   if (!plan.leftAlone.empty()) {
@@ -175,26 +231,18 @@ void fairOne(const Model& model, const Job& job, const Spline<D>& spline, const 
     return progress.report(fraction < 0 ? fraction : kSolving * fraction, message);
   });
   auto faired = fairCertified(spline, plan, energy, fairing);
-  if (!(faired.summary.energyAfter < (1 - kNothingGained) * faired.summary.energyBefore)) {
+  if (!(faired.summary.energyAfter < (1 - kRounding) * faired.summary.energyBefore)) {
     faired.spline = spline;
     faired.deviation = {};
     faired.summary.energyAfter = faired.summary.energyBefore;
     faired.summary.largestMove = 0;
-    entry.notes = {"already as fair as the tolerance and the held points allow: left as it was"};
+    entry.notes = {kNothingGained};
   }
   progress.report(kSolving, entry.name);
   entry.energyName = energy.name;
-  entry.summary = faired.summary;
-  entry.deviationLower = faired.deviation.lower;
-  entry.deviationUpper = faired.deviation.upper;
-  entry.controlPointMove = faired.summary.largestMove;
   entry.heldMaxMove = faired.heldMaxMove;
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  entry.plate = {kNone, kNone};
-  measure(objectAt(model, job.objects.front()), spline, faired.spline, entry);
+  describeResult(model, job, spline, std::move(faired.spline), faired.summary, faired.deviation, entry);
   noteHonestly(entry);
-  for (int k = 0; k < D; ++k) entry.points[static_cast<std::size_t>(k)] = faired.spline.size(k);
-  entry.after = std::move(faired.spline);
   progress.report(1, entry.name);
 }
 

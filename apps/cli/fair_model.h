@@ -12,14 +12,17 @@
 
 namespace strak::cli {
 
+// The name of the energies of the shape itself.
+inline constexpr const char* kExactEnergy = "exact";
+
 struct FairModelOptions {
-  std::vector<Index> selected;  // numbers of the objects to fair
-  std::string energy = "thin-plate";
-  std::vector<Index> holdRows{3};   // one number for all ends, or one an end
-  bool refine = true;               // knots may be inserted where nothing is free
-  CertifiedFairingOptions fairing;  // its progress is not used
-  bool showProgress = true;         // a bar on a terminal
-  std::function<bool()> stopped;    // asked again and again; true ends the work with the best so far
+  std::vector<Index> selected;        // numbers of the objects to fair
+  std::string energy = kExactEnergy;  // exact (surfaces in space; thin-plate for all else), or as energyNamed has it
+  std::vector<Index> holdRows{3};     // one number for all ends, or one an end
+  bool refine = true;                 // knots may be inserted where nothing is free
+  CertifiedFairingOptions fairing;    // its progress is not used
+  bool showProgress = true;           // a bar on a terminal
+  std::function<bool()> stopped;      // asked again and again; true ends the work with the best so far
 };
 
 struct FairModelResult {
