@@ -21,10 +21,11 @@ ExactFairing fairExactly(const Surface& input, const HeldPoints& held, const Exa
   if (!(options.tolerance < kUnlimited) && unknowns == input.net().rows()) {
     throw InvalidInput("without a tolerance and held points the fairest surface is a plane: give one of the two");
   }
-  ShapeDescent descent = descendShape({patch}, {.tolerance = options.tolerance,
-                                                .ballsOnPoints = options.ballsOnPoints,
-                                                .maxSteps = options.maxSteps,
-                                                .progress = options.progress});
+  ShapeDescent descent = descendShape({patch}, {},
+                                      {.tolerance = options.tolerance,
+                                       .ballsOnPoints = options.ballsOnPoints,
+                                       .maxSteps = options.maxSteps,
+                                       .progress = options.progress});
   ExactFairing result{std::move(descent.surfaces.front()), descent.before.front(), descent.after.front(), {}};
   FairingSummary& summary = result.summary;
   summary.energyBefore = result.before.isophoteRoughness;

@@ -28,13 +28,16 @@ constexpr int kMostHalvings = 2;      // of a span of the hull
 constexpr double kActive = 0.95;      // of the radius: rows whose hull is worth refining
 constexpr double kGuardError = 1e-3;  // of the adaptive integrals while descending
 constexpr double kFinalError = 2e-5;
+constexpr double kSmoothAngle = 1e-5;    // sine: joins with less are smooth and may stay just so
+constexpr double kSmoothJump = 0.02;     // of the largest curvature across the join
 constexpr double kStartAccuracy = 1e-6;  // of the metric energy of the input
 
 Eigen::VectorXd zeros(Index n) { return Eigen::VectorXd::Zero(n); }
 
 class Descent {
  public:
-  Descent(const std::vector<ShapePatch>& patches, const ShapeDescentOptions& options);
+  Descent(const std::vector<ShapePatch>& patches, const std::vector<ShapeJoin>& joins,
+          const ShapeDescentOptions& options);
   ShapeDescent run();
 
  private:
@@ -42,25 +45,34 @@ class Descent {
     const ShapePatch* input;
     Net start;  // points in space
     ShapeEnergy energy;
-    ShapeEnergies first, now;  // over the active cells
-    SurfaceFairness before;    // the same and more, integrated adaptively
-    double metricWeight = 0;   // mu
-    double plateWeight = 1;    // theta
+    ShapeEnergies first;      // over the active cells
+    SurfaceFairness before;   // the same and more, integrated adaptively
+    double metricWeight = 0;  // mu
+    double plateWeight = 1;   // theta
     double roughnessFloor = 0, plateFloor = 0;
     SpanLevels levels;
     Index firstRow = 0;
   };
-  struct Model {  // merit near e
-    BlockMatrix matrix;
-    Eigen::VectorXd gradient;
+  struct Join {
+    std::size_t a, b;  // patches; the same for an inner knot line
+    JoinEnergy energy;
+    JoinFigures first;
+    double allowedAngle = 0, allowedJump = 0;
+    double weight = 1;
+  };
+  struct Figures {
+    std::vector<ShapeEnergies> patches;  // without joins
+    std::vector<JoinFigures> joins;
+    std::vector<double> rough;  // of the patches with their share of the joins, and never zero
   };
 
   static SurfaceFairness figuresOf(const Patch& patch, const Surface& surface, double relativeError);
   Net pointsOf(const Patch& patch, const Eigen::VectorXd& e) const;
   Surface surfaceOf(const Patch& patch, const Eigen::VectorXd& e) const;
-  std::vector<ShapeEnergies> energiesAt(const Eigen::VectorXd& e) const;
-  double meritChange(const std::vector<ShapeEnergies>& at, const Eigen::VectorXd& e) const;
-  bool guardHolds(const Eigen::VectorXd& e, const std::vector<ShapeEnergies>& at, bool turnWeights);
+  void addInnerLines(std::size_t patch);
+  Figures figuresAt(const Eigen::VectorXd& e) const;
+  double meritChange(const Figures& at, const Eigen::VectorXd& e) const;
+  bool guardHolds(const Eigen::VectorXd& e, const Figures& at, bool turnWeights);
   bool figuresHold(const Eigen::VectorXd& e, double relativeError, std::vector<SurfaceFairness>& figures) const;
   void makeRows();
   void setMetrics(double most, double share);
@@ -73,6 +85,9 @@ class Descent {
 
   const ShapeDescentOptions& options_;
   std::vector<Patch> patches_;
+  std::vector<Join> joins_;
+  std::size_t givenJoins_ = 0;
+  Figures now_;
   Index unknowns_ = 0;
   std::shared_ptr<const BlockPattern> pattern_;
   std::optional<NestedCholesky> factor_;
@@ -86,13 +101,13 @@ class Descent {
 
 double sizeOf(const Net& points) { return (points.colwise().maxCoeff() - points.colwise().minCoeff()).stableNorm(); }
 
-Descent::Descent(const std::vector<ShapePatch>& patches, const ShapeDescentOptions& options) : options_(options) {
-  std::vector<std::vector<int>> cliques;
+Descent::Descent(const std::vector<ShapePatch>& patches, const std::vector<ShapeJoin>& joins,
+                 const ShapeDescentOptions& options)
+    : options_(options) {
   for (const ShapePatch& input : patches) {
     Patch patch{&input,
                 input.surface.euclideanNet(),
                 ShapeEnergy(input.surface, input.unknownOf),
-                {},
                 {},
                 {},
                 0,
@@ -102,16 +117,30 @@ Descent::Descent(const std::vector<ShapePatch>& patches, const ShapeDescentOptio
                 evenLevels(input.surface, options.ballsOnPoints ? 0 : 1),
                 0};
     for (int u : input.unknownOf) unknowns_ = std::max<Index>(unknowns_, u + 1);
-    auto own = patch.energy.cliques();
-    cliques.insert(cliques.end(), std::make_move_iterator(own.begin()), std::make_move_iterator(own.end()));
-    patch.first = patch.now = patch.energy.values(patch.start);
+    patch.first = patch.energy.values(patch.start);
     patch.before = figuresOf(patch, input.surface, kGuardError);
     // A plane has nothing to lose: below this all is rounding.
     const double size = sizeOf(patch.start);
     patch.plateFloor = 1e-14;
-    patch.roughnessFloor = size > 0 ? 1e-14 / (size * size) : 0;
+    patch.roughnessFloor = size > 0 ? 1e-14 / (size * size) : 1e-300;
     patches_.push_back(std::move(patch));
   }
+  for (const ShapeJoin& join : joins) {
+    const ShapePatch &a = patches[join.patchA], &b = patches[join.patchB];
+    joins_.push_back({join.patchA,
+                      join.patchB,
+                      JoinEnergy(a.surface, a.unknownOf, join.bankA, b.surface, b.unknownOf, join.bankB, join.reversed),
+                      {}});
+  }
+  givenJoins_ = joins_.size();
+  for (std::size_t p = 0; p < patches_.size(); ++p) addInnerLines(p);
+
+  std::vector<std::vector<int>> cliques;
+  const auto add = [&](std::vector<std::vector<int>> more) {
+    cliques.insert(cliques.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+  };
+  for (const Patch& patch : patches_) add(patch.energy.cliques());
+  for (const Join& join : joins_) add(join.energy.cliques());
   pattern_ = std::make_shared<const BlockPattern>(patternOfCliques(unknowns_, cliques));
   Eigen::MatrixX3d places = Eigen::MatrixX3d::Zero(unknowns_, 3);
   for (const Patch& patch : patches_) {
@@ -122,7 +151,27 @@ Descent::Descent(const std::vector<ShapePatch>& patches, const ShapeDescentOptio
   }
   factor_.emplace(pattern_, places);
   e_ = zeros(3 * unknowns_);
+  now_ = figuresAt(e_);
+  for (std::size_t j = 0; j < joins_.size(); ++j) {
+    Join& join = joins_[j];
+    join.first = now_.joins[j];
+    join.allowedAngle = std::max(join.first.angle, kSmoothAngle);
+    join.allowedJump = std::max(join.first.jump, kSmoothJump * join.first.curvature);
+  }
   makeRows();
+}
+
+// The knot lines where the surface is C1 only: its curvature may jump there, and no quadrature sees it.
+void Descent::addInnerLines(std::size_t patch) {
+  const ShapePatch& input = *patches_[patch].input;
+  for (int k = 0; k < 2; ++k) {
+    for (const auto& knot : input.surface.knots(k).innerKnots()) {
+      if (knot.multiplicity != input.surface.degree(k) - 1) continue;
+      JoinEnergy energy(input.surface, input.unknownOf, {k, knot.value, false}, input.surface, input.unknownOf,
+                        {k, knot.value, true}, false);
+      if (!energy.empty()) joins_.push_back({patch, patch, std::move(energy), {}});
+    }
+  }
 }
 
 // Over the active cells: what is held may be singular, or cut away.
@@ -191,40 +240,57 @@ Eigen::VectorXd Descent::shrunk(const Eigen::VectorXd& e) const {
   return inside;
 }
 
-std::vector<ShapeEnergies> Descent::energiesAt(const Eigen::VectorXd& e) const {
-  std::vector<ShapeEnergies> at;
-  for (const Patch& patch : patches_) at.push_back(patch.energy.values(pointsOf(patch, e)));
+Descent::Figures Descent::figuresAt(const Eigen::VectorXd& e) const {
+  Figures at;
+  std::vector<Net> points;
+  for (const Patch& patch : patches_) {
+    points.push_back(pointsOf(patch, e));
+    at.patches.push_back(patch.energy.values(points.back()));
+    at.rough.push_back(at.patches.back().roughness + patch.roughnessFloor);
+  }
+  for (const Join& join : joins_) {
+    at.joins.push_back(join.energy.figures(points[join.a], points[join.b]));
+    const double half = 0.5 * join.weight * at.joins.back().roughness;
+    at.rough[join.a] += half;
+    at.rough[join.b] += half;
+  }
   return at;
 }
 
 // The merit at e less that at e_: sum of log roughness + theta log plate + mu metric / roughness at e_.
-double Descent::meritChange(const std::vector<ShapeEnergies>& at, const Eigen::VectorXd& e) const {
+double Descent::meritChange(const Figures& at, const Eigen::VectorXd& e) const {
   double change = 0;
   for (std::size_t p = 0; p < patches_.size(); ++p) {
     const Patch& patch = patches_[p];
-    const double rough = patch.now.roughness + patch.roughnessFloor;
-    change += std::log((at[p].roughness + patch.roughnessFloor) / rough);
-    change += patch.plateWeight * std::log((at[p].plate + patch.plateFloor) / (patch.now.plate + patch.plateFloor));
-    change += patch.metricWeight * (patch.energy.metric(pointsOf(patch, e)) - metricNow_[p]) / rough;
+    change += std::log(at.rough[p] / now_.rough[p]);
+    change += patch.plateWeight *
+              std::log((at.patches[p].plate + patch.plateFloor) / (now_.patches[p].plate + patch.plateFloor));
+    change += patch.metricWeight * (patch.energy.metric(pointsOf(patch, e)) - metricNow_[p]) / now_.rough[p];
   }
   return change;
 }
 
-// No figure of any patch larger than its input's. With `turnWeights` the plate energy's weight is turned towards the
-// figure that is.
-bool Descent::guardHolds(const Eigen::VectorXd& e, const std::vector<ShapeEnergies>& at, bool turnWeights) {
+// No figure of any patch or join larger than its input's. With `turnWeights` the weights are turned towards those that
+// are.
+bool Descent::guardHolds(const Eigen::VectorXd& e, const Figures& at, bool turnWeights) {
   bool holds = true;
   for (std::size_t p = 0; p < patches_.size(); ++p) {
     Patch& patch = patches_[p];
-    const bool plate = at[p].plate <= patch.first.plate;
-    bool rough = at[p].roughness <= patch.first.roughness;
+    const ShapeEnergies& now = at.patches[p];
+    const bool plate = now.plate <= patch.first.plate;
+    bool rough = now.roughness <= patch.first.roughness;
     // The curvature variation is at most the roughness, so mostly it need not be integrated.
-    if (plate && rough && at[p].roughness > 0.99 * patch.before.curvatureVariation) {
+    if (plate && rough && now.roughness > 0.99 * patch.before.curvatureVariation) {
       rough = figuresOf(patch, surfaceOf(patch, e), kGuardError).curvatureVariation <= patch.before.curvatureVariation;
     }
     if (plate && rough) continue;
     holds = false;
     if (turnWeights) patch.plateWeight *= plate ? 1.0 / 3 : 3;
+  }
+  for (std::size_t j = 0; j < joins_.size(); ++j) {
+    if (at.joins[j].angle <= joins_[j].allowedAngle && at.joins[j].jump <= joins_[j].allowedJump) continue;
+    holds = false;
+    if (turnWeights) joins_[j].weight *= 10;
   }
   return holds;
 }
@@ -246,8 +312,8 @@ bool Descent::figuresHold(const Eigen::VectorXd& e, double relativeError, std::v
 // Of what has been reached: both energies count alike.
 double Descent::merit() const {
   double sum = 0;
-  for (const Patch& patch : patches_) {
-    sum += std::log(patch.now.roughness + patch.roughnessFloor) + std::log(patch.now.plate + patch.plateFloor);
+  for (std::size_t p = 0; p < patches_.size(); ++p) {
+    sum += std::log(now_.rough[p]) + std::log(now_.patches[p].plate + patches_[p].plateFloor);
   }
   return sum;
 }
@@ -281,14 +347,16 @@ bool Descent::startFromMetric() {
   Eigen::VectorXd x = e_;
   minimizeInHull({&matrix, gradient, &rows_}, *factor_, x, {.accuracy = kStartAccuracy});
   x = shrunk(x);
-  const auto at = energiesAt(x);
+  Figures at = figuresAt(x);
   for (std::size_t p = 0; p < patches_.size(); ++p) {
-    if (!(at[p].plate < patches_[p].first.plate) || !(at[p].roughness < 0.5 * patches_[p].first.roughness))
+    if (!(at.patches[p].plate < patches_[p].first.plate) ||
+        !(at.patches[p].roughness < 0.5 * patches_[p].first.roughness)) {
       return false;
+    }
   }
   if (!guardHolds(x, at, false)) return false;
   e_ = x;
-  for (std::size_t p = 0; p < patches_.size(); ++p) patches_[p].now = at[p];
+  now_ = std::move(at);
   accepted_.push_back(e_);
   return true;
 }
@@ -307,13 +375,19 @@ bool Descent::stage() {
     BlockMatrix matrix(pattern_);
     Eigen::VectorXd gradient = zeros(3 * unknowns_);
     metricNow_.clear();
-    for (Patch& patch : patches_) {
-      const double rough = patch.now.roughness + patch.roughnessFloor;
-      const Net points = pointsOf(patch, e_);
-      patch.energy.addStep(
-          points, {1 / rough, patch.plateWeight / (patch.now.plate + patch.plateFloor), patch.metricWeight / rough},
-          matrix, gradient);
-      metricNow_.push_back(patch.energy.metric(points));
+    std::vector<Net> points;
+    for (std::size_t p = 0; p < patches_.size(); ++p) {
+      const Patch& patch = patches_[p];
+      points.push_back(pointsOf(patch, e_));
+      patch.energy.addStep(points[p],
+                           {1 / now_.rough[p], patch.plateWeight / (now_.patches[p].plate + patch.plateFloor),
+                            patch.metricWeight / now_.rough[p]},
+                           matrix, gradient);
+      metricNow_.push_back(patch.energy.metric(points[p]));
+    }
+    for (const Join& join : joins_) {
+      const double weight = 0.5 * join.weight * (1 / now_.rough[join.a] + 1 / now_.rough[join.b]);
+      join.energy.addStep(points[join.a], points[join.b], weight, matrix, gradient);
     }
     const Eigen::VectorXd diagonal = matrix.pointDiagonal();
     bool accepted = false;
@@ -331,11 +405,11 @@ bool Descent::stage() {
         return gained;
       }
       Eigen::VectorXd refused;
-      std::vector<ShapeEnergies> refusedAt;
+      Figures refusedAt;
       double change = 0;
       for (double t : kSteps) {
         const Eigen::VectorXd tried = e_ + t * step;
-        const auto at = energiesAt(tried);
+        Figures at = figuresAt(tried);
         change = meritChange(at, tried);
         if (!(change <= -kLeastShare * t * predicted)) continue;
         if (!guardHolds(tried, at, false)) {
@@ -346,7 +420,7 @@ bool Descent::stage() {
           continue;
         }
         e_ = tried;
-        for (std::size_t p = 0; p < patches_.size(); ++p) patches_[p].now = at[p];
+        now_ = std::move(at);
         accepted = true;
         if (t == 1) damping = std::max(kLeastDamping, damping / 5);
         break;
@@ -362,6 +436,7 @@ bool Descent::stage() {
         }
       } else if (refused.size() > 0 && turns < kMostTurns) {
         guardHolds(refused, refusedAt, true);
+        now_ = figuresAt(e_);
         ++turns;
         break;  // the matrix has other weights now
       } else {
@@ -404,6 +479,11 @@ ShapeDescent Descent::run() {
   // The last surface whose figures hold when integrated sharply.
   while (accepted_.size() > 1 && !figuresHold(accepted_.back(), kFinalError, result.after)) accepted_.pop_back();
   const Eigen::VectorXd& e = accepted_.back();
+  now_ = figuresAt(e);
+  for (std::size_t j = 0; j < givenJoins_; ++j) {
+    result.joinsBefore.push_back(joins_[j].first);
+    result.joinsAfter.push_back(now_.joins[j]);
+  }
   for (const Patch& patch : patches_) {
     result.before.push_back(patch.before);
     result.surfaces.push_back(surfaceOf(patch, e));
@@ -421,8 +501,9 @@ ShapeDescent Descent::run() {
 
 }  // namespace
 
-ShapeDescent descendShape(const std::vector<ShapePatch>& patches, const ShapeDescentOptions& options) {
-  return Descent(patches, options).run();
+ShapeDescent descendShape(const std::vector<ShapePatch>& patches, const std::vector<ShapeJoin>& joins,
+                          const ShapeDescentOptions& options) {
+  return Descent(patches, joins, options).run();
 }
 
 }  // namespace strak

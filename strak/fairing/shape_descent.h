@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "strak/base/progress.h"
+#include "strak/energy/join_energy.h"
 #include "strak/energy/shape_energy.h"
 #include "strak/fairing/faired.h"
 #include "strak/metrology/fairness.h"
@@ -17,6 +18,13 @@ struct ShapePatch {
   std::vector<int> unknownOf;  // by control points: number of the unknown, -1: held. Patches may share unknowns
 };
 
+// A line along which two patches meet; their border points share unknowns.
+struct ShapeJoin {
+  std::size_t patchA = 0, patchB = 0;
+  JoinBank bankA, bankB;
+  bool reversed = false;
+};
+
 struct ShapeDescentOptions {
   double tolerance = kUnlimited;
   bool ballsOnPoints = false;
@@ -26,15 +34,19 @@ struct ShapeDescentOptions {
 
 struct ShapeDescent {
   std::vector<Surface> surfaces;
-  std::vector<SurfaceFairness> before, after;
+  std::vector<SurfaceFairness> before, after;        // of the patches, over the cells that free points move
+  std::vector<JoinFigures> joinsBefore, joinsAfter;  // of the joins as given
   Index steps = 0;
   StopReason stopReason = StopReason::nothingFree;
   Index activeRows = 0;  // balls that the result touches
   double seconds = 0;    // wall clock
 };
 
-// The unknowns are numbered 0, 1, ... without gaps. Throws InvalidInput unless all surfaces lie in space, and if the
-// energies leave a motion free (no tolerance and too little held).
-ShapeDescent descendShape(const std::vector<ShapePatch>& patches, const ShapeDescentOptions& options);
+// Guarded are plate energy, curvature variation and roughness of every patch, and angle and curvature jump of every
+// join and every inner knot line that is only C1: none is larger than before (joins that are smooth to 1e-5 rad or to 2
+// % of their curvature stay so). The unknowns are numbered 0, 1, ... without gaps. Throws InvalidInput unless all
+// surfaces lie in space, and if the energies leave a motion free (no tolerance and too little held).
+ShapeDescent descendShape(const std::vector<ShapePatch>& patches, const std::vector<ShapeJoin>& joins,
+                          const ShapeDescentOptions& options);
 
 }  // namespace strak

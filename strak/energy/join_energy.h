@@ -1,0 +1,65 @@
+#pragma once
+//
+// What a join of two surfaces, or an inner knot line of one, adds to the roughness: the angle between the tangent
+// planes and the jump of the curvature across it, as if they were spread over one knot cell.
+//
+// With h the width of the cells next to the line, an angle a spread over h is a curvature a / h that comes and goes, a
+// jump k a slope k / h of the curvature; |nabla h|^2 integrated over the cell is then about 12 a^2 / h^3 and k^2 / h a
+// unit length of the line. So the figure has the unit of the isophote roughness, 1 / length^2, and adds to it.
+
+#include <vector>
+
+#include "strak/solve/block_matrix.h"
+#include "strak/spline/spline.h"
+
+namespace strak {
+
+// One bank of the line: the parameter `direction` has the value `at`, seen from the cells above or below it.
+struct JoinBank {
+  int direction = 0;
+  double at = 0;
+  bool above = true;
+};
+
+// Side 0 u low, 1 u high, 2 v low, 3 v high of a surface's domain.
+JoinBank bankOfSide(const Surface& surface, int side);
+
+struct JoinFigures {
+  double roughness = 0;  // see above; 1 / length^2
+  double angle = 0;      // largest sine of the angle between the tangent planes
+  double jump = 0;       // largest difference of the normal curvatures across the line
+  double curvature = 0;  // largest of these curvatures themselves
+};
+
+class JoinEnergy {
+ public:
+  // The parameters along the two banks are mapped affinely, `reversed` or not; both have the same knots then.
+  // `unknownA`, `unknownB` as in ShapeEnergy. Throws InvalidInput for a bank that is on no knot line.
+  JoinEnergy(const Surface& a, const std::vector<int>& unknownA, const JoinBank& bankA, const Surface& b,
+             const std::vector<int>& unknownB, const JoinBank& bankB, bool reversed);
+
+  // The unknowns that are coupled, for patternOfCliques. Stretches without free points are left out.
+  std::vector<std::vector<int>> cliques() const;
+  bool empty() const { return stretches_.empty(); }
+
+  JoinFigures figures(const Net& pointsA, const Net& pointsB) const;
+
+  // Adds `weight` times the roughness' Gauss-Newton matrix and gradient.
+  void addStep(const Net& pointsA, const Net& pointsB, double weight, BlockMatrix& matrix,
+               Eigen::VectorXd& gradient) const;
+
+ private:
+  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  struct Sample {
+    RowMatrix basisA, basisB;  // derivatives along, across, along along, along across, across across
+    double angleWeight = 0, jumpWeight = 0;
+  };
+  struct Stretch {
+    std::vector<Index> rowsA, rowsB;  // control points of the cells next to it
+    std::vector<int> unknown;         // of both
+    std::vector<Sample> samples;
+  };
+  std::vector<Stretch> stretches_;
+};
+
+}  // namespace strak
