@@ -32,8 +32,10 @@
 #include "strak/exchange/cad_file_occ.h"
 #include "strak/exchange/cad_geometry_occ.h"
 #include "strak/exchange/face_border_occ.h"
+#include "strak/exchange/following_edges_occ.h"
 #include "strak/exchange/periodic_occ.h"
 #include "strak/exchange/replaceable.h"
+#include "strak/exchange/shared_edges_occ.h"
 #include "strak/exchange/shared_geometry_occ.h"
 #include "strak/exchange/signal_guard_occ.h"
 #include "strak/spline/evaluate.h"
@@ -95,6 +97,7 @@ class CadModel : public Model {
     BRepBndLib::Add(file_.shape, box, false);
     box.SetGap(0);
     if (!box.IsVoid() && !box.IsOpen()) size_ = std::sqrt(box.SquareExtent()) / file_.unit.millimetres;
+    followingEdges_ = FollowingEdges(file_.shape, size_ * file_.unit.millimetres);
     original_.reserve(objects_.size());
     for (const Object& object : objects_) original_.push_back(object.spline);
   }
@@ -121,6 +124,37 @@ class CadModel : public Model {
     } catch (const Standard_Failure& failure) {
       throw Failure(fmt::format("{} cannot be changed: Open CASCADE gives up ({})", objects_[at].name,
                                 failure.GetMessageString()));
+    }
+  }
+
+  void replaceTogether(const std::vector<std::pair<Index, AnySpline>>& splines) override {
+    for (const auto& [index, spline] : splines) {
+      requireIndex(index, objects_);
+      const auto at = static_cast<std::size_t>(index);
+      requireReplaceable(objects_[at], original_[at], spline);
+      if (!std::holds_alternative<Surface>(spline)) {
+        throw InvalidInput(fmt::format("{}: only faces can be changed together", objects_[at].name));
+      }
+    }
+    std::vector<std::pair<Index, AnySpline>> before;
+    try {
+      for (const auto& [index, spline] : splines) {
+        before.emplace_back(index, *objects_[static_cast<std::size_t>(index)].spline);
+        replace(index, spline);
+      }
+      followFaces();
+    } catch (...) {
+      for (auto old = before.rbegin(); old != before.rend(); ++old) replace(old->first, old->second);
+      throw;
+    }
+  }
+
+  std::vector<SharedEdge> sharedEdges() const override {
+    try {
+      return sharedEdgesOf(file_.shape, objects_, places_, file_.unit.millimetres, size_);
+    } catch (const Standard_Failure& failure) {
+      throw Failure(
+          fmt::format("the edges cannot be followed: Open CASCADE gives up ({})", failure.GetMessageString()));
     }
   }
 
@@ -288,6 +322,22 @@ class CadModel : public Model {
     if (spline->IsPeriodic()) object.leftAlone = "it is periodic";
   }
 
+  // Edges and corners go where the faces are now.
+  void followFaces() {
+    ChangedSurfaces changed;
+    for (std::size_t i = 0; i < objects_.size(); ++i) {
+      const auto shared = surfaces_.find(keys_[i]);
+      if (shared == surfaces_.end() || objects_[i].spline == original_[i]) continue;
+      changed.emplace(shared->second.live.get(), shared->second.original);
+    }
+    try {
+      followingEdges_.follow(changed);
+    } catch (const Standard_Failure& failure) {
+      throw Failure(
+          fmt::format("the edges cannot follow their faces: Open CASCADE gives up ({})", failure.GetMessageString()));
+    }
+  }
+
   // Tells the objects on one surface or curve about one another.
   void noteInstances() {
     std::map<const Standard_Transient*, std::vector<Index>> groups;
@@ -320,6 +370,7 @@ class CadModel : public Model {
   std::vector<const Standard_Transient*> keys_;     // into the two maps
   std::map<const Standard_Transient*, SharedSurface> surfaces_;
   std::map<const Standard_Transient*, SharedCurve> curves_;
+  FollowingEdges followingEdges_;
 };
 
 TopoDS_Shape shapeOf(const AnySpline& spline, double unitLength) {

@@ -6,6 +6,7 @@
 
 #include "strak/base/error.h"
 #include "strak/base/file.h"
+#include "strak/exchange/face_edges.h"
 #include "strak/exchange/file_kind.h"
 #include "strak/exchange/g2.h"
 #include "strak/exchange/json.h"
@@ -19,6 +20,8 @@ std::string kindOf(const AnySpline& spline) {
   const bool rational = std::visit([](const auto& s) { return s.isRational(); }, spline);
   return fmt::format("{}B-spline {}", rational ? "rational " : "", shape);
 }
+
+constexpr double kSamePlace = 1e-6;  // of the model's size: sides this near are the same edge
 
 // Splines and nothing that hangs on them.
 class PlainModel : public Model {
@@ -69,6 +72,34 @@ class PlainModel : public Model {
     const auto i = static_cast<std::size_t>(index);
     requireReplaceable(objects_[i], content_[i].spline, spline);
     objects_[i].spline = spline;
+  }
+
+  void replaceTogether(const std::vector<std::pair<Index, AnySpline>>& splines) override {
+    for (const auto& [index, spline] : splines) {
+      requireIndex(index, objects_);
+      const auto i = static_cast<std::size_t>(index);
+      requireReplaceable(objects_[i], content_[i].spline, spline);
+    }
+    for (const auto& [index, spline] : splines) replace(index, spline);
+  }
+
+  std::vector<SharedEdge> sharedEdges() const override {
+    const double tolerance = kSamePlace * size();
+    std::vector<FaceEdge> sides;
+    std::vector<const Surface*> surfaces(objects_.size(), nullptr);
+    for (std::size_t i = 0; i < objects_.size(); ++i) {
+      const auto* surface = objects_[i].spline ? std::get_if<Surface>(&*objects_[i].spline) : nullptr;
+      if (surface == nullptr) continue;
+      surfaces[i] = surface;
+      for (int side = 0; side < 4; ++side) {
+        sides.push_back(sideEdge(*surface, static_cast<Index>(i), side));
+        sides.back().name = objects_[i].name;
+        sides.back().tolerance = tolerance;
+      }
+    }
+    std::vector<SharedEdge> edges = coincidentEdges(sides, surfaces);
+    markCrowded(edges);
+    return edges;
   }
 
   Audit audit() const override { return {}; }

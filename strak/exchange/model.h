@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -51,6 +52,22 @@ struct Audit {
   std::vector<EdgeFit> edges;
 };
 
+// Where two faces meet, or a face meets itself (a seam). The sides of a domain are numbered as in Object::naturalSide:
+// 0 u low, 1 u high, 2 v low, 3 v high.
+struct SharedEdge {
+  std::string name;            // "edge 12", as in the audit; "face 1 / face 2" where every face has an edge of its own
+  Index faceA = 0, faceB = 0;  // numbers of the objects; the same for a seam
+  // The edge in the parameters of either face: polylines at even steps of the edge's own parameter, running the same
+  // way. Two points where it is a straight line there, which is exact; a few hundred on a trimmed face.
+  std::vector<Eigen::Vector2d> lineA, lineB;
+  std::optional<int> sideA, sideB;    // the side of the domain, if the edge is the whole of it
+  std::optional<int> alongA, alongB;  // the side on which it lies, whole or in part
+  bool reversed = false;              // with both sides: the border rows run in opposite directions
+  bool sameNormals = true;            // X_u x X_v points to the same side of the part on both faces
+  bool sewn = true;                   // one edge of the file, not two that coincide
+  std::string notJoinable;            // why its faces cannot be changed together (a clause); empty if they can
+};
+
 // An open file. Everything that is not replaced is written back as it was read. All lengths are in the model's unit,
 // which is the file's: a hood in metres has coordinates, sizes and gaps in metres.
 class Model {
@@ -67,6 +84,16 @@ class Model {
   // Objects in sharedWith change too. Throws InvalidInput for any other spline, for an object left alone, and for a
   // free edge whose ends would move.
   virtual void replace(Index index, const AnySpline& spline) = 0;
+
+  // The same for several objects at once, whose common borders may move: the edges there and their corners move with
+  // the faces, the curves in the parameter planes stay. The splines as they were give everything back to the bit.
+  // Throws InvalidInput, and changes nothing, like replace and if the faces at an edge would not move alike by 1e-9 of
+  // the model's size (a face that is not named does not move). Not for the curves of a file.
+  virtual void replaceTogether(const std::vector<std::pair<Index, AnySpline>>& splines) = 0;
+
+  // All edges between two spline faces, in a fixed order, measured on the model as it is now. Faces with edges of their
+  // own (IGES, .g2, JSON) meet where these coincide from end to end, within the file's tolerance or 1e-6 of the size.
+  virtual std::vector<SharedEdge> sharedEdges() const = 0;
 
   // Densely measured gaps of all edges, and the kernel's checker. Empty for plain splines. Edges are counted once,
   // however many instances of a part there are.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "strak/base/error.h"
 #include "strak/metrology/curvature.h"
@@ -71,6 +72,7 @@ class Collector {
     const double kA = curvatureAlong(a, a.normal->cross(tangent));
     const double kB = curvatureAlong(b, b.normal->cross(tangent));
     const double angle = std::atan2(a.normal->cross(*b.normal).norm(), a.normal->dot(*b.normal));
+    result_.largestCurvature = std::max({result_.largestCurvature, std::abs(kA), std::abs(kB)});
     raise(same_.angle, angle, weight, a.jet[0]);
     raise(same_.curvature, std::abs(kA - kB), weight, a.jet[0]);
     raise(opposite_.angle, std::numbers::pi - angle, weight, a.jet[0]);
@@ -85,6 +87,7 @@ class Collector {
     const auto root = [](JointFigure& figure, double length) {
       figure.rms = length > 0 ? std::sqrt(figure.rms / length) : 0;
     };
+    result_.length = length_;
     root(result_.gap, length_);
     root(result_.angle, regularLength_);
     root(result_.curvature, regularLength_);
@@ -110,11 +113,61 @@ class Collector {
 };
 
 Vector3d pointOn(const Surface& surface, const ParameterCurve& edge, double t) {
-  return sideAt(surface, edge(t)).jet[0];
+  const Vector2d p = edge(t);
+  SurfaceJet jet;
+  SurfacePiece(surface, surface.knots(0).findSpan(p[0]), surface.knots(1).findSpan(p[1])).at(p[0], p[1], 0, jet);
+  return jet[0];
 }
 
-// The parameter of the point of the edge that is nearest to `point`: the best of a table, then golden section between
-// its neighbours.
+// Where a function of t in [low, high] is least, found by parabolas and, where these do not help, golden section
+// (Brent, "Algorithms for minimization without derivatives", 1973, chapter 5). `start` is a place nearby.
+template <typename Function>
+std::pair<double, double> leastNear(const Function& value, double low, double high, double start) {
+  constexpr double kSection = 0.3819660112501051, kClose = 1e-11;
+  double best = start, second = start, third = start;
+  double atBest = value(best), atSecond = atBest, atThird = atBest;
+  double step = 0, before = 0;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (low + high) / 2;
+    if (std::abs(best - middle) + (high - low) / 2 <= 2 * kClose) break;
+    bool parabola = false;
+    if (std::abs(before) > kClose) {
+      const double r = (best - second) * (atBest - atThird), q = (best - third) * (atBest - atSecond);
+      const double bottom = 2 * (q - r), top = (best - second) * r - (best - third) * q;
+      if (bottom != 0) {
+        const double next = top / bottom;
+        parabola = std::abs(next) < std::abs(before / 2) && best + next > low && best + next < high;
+        if (parabola) {
+          before = step;
+          step = next;
+        }
+      }
+    }
+    if (!parabola) {
+      before = best < middle ? high - best : low - best;
+      step = kSection * before;
+    }
+    const double t = best + (std::abs(step) >= kClose ? step : std::copysign(kClose, step));
+    const double at = value(t);
+    if (at <= atBest) {
+      (t < best ? high : low) = best;
+      third = std::exchange(second, std::exchange(best, t));
+      atThird = std::exchange(atSecond, std::exchange(atBest, at));
+    } else {
+      (t < best ? low : high) = t;
+      if (at <= atSecond || second == best) {
+        third = std::exchange(second, t);
+        atThird = std::exchange(atSecond, at);
+      } else if (at <= atThird || third == best || third == second) {
+        third = t;
+        atThird = at;
+      }
+    }
+  }
+  return {best, atBest};
+}
+
+// The parameter of the point of the edge that is nearest to `point`: the best of a table, then between its neighbours.
 double nearestOnEdge(const Surface& surface, const ParameterCurve& edge, const std::vector<Vector3d>& table,
                      const Vector3d& point) {
   const auto steps = static_cast<double>(table.size() - 1);
@@ -123,31 +176,15 @@ double nearestOnEdge(const Surface& surface, const ParameterCurve& edge, const s
     if ((table[i] - point).squaredNorm() < (table[best] - point).squaredNorm()) best = i;
   }
   const auto distance = [&](double t) { return (pointOn(surface, edge, t) - point).squaredNorm(); };
-  double low = std::max(0.0, (static_cast<double>(best) - 1) / steps);
-  double high = std::min(1.0, (static_cast<double>(best) + 1) / steps);
-  const double golden = (std::sqrt(5.0) - 1) / 2;
-  double left = high - golden * (high - low), right = low + golden * (high - low);
-  double atLeft = distance(left), atRight = distance(right);
-  while (high - low > 1e-10) {
-    if (atLeft <= atRight) {
-      high = right;
-      right = left;
-      atRight = atLeft;
-      left = high - golden * (high - low);
-      atLeft = distance(left);
-    } else {
-      low = left;
-      left = right;
-      atLeft = atRight;
-      right = low + golden * (high - low);
-      atRight = distance(right);
-    }
-  }
-  double t = (low + high) / 2, least = distance(t);
-  for (const double end : {0.0, 1.0, static_cast<double>(best) / steps}) {
-    const double there = distance(end);
-    if (there < least) {
-      least = there;
+  const double there = static_cast<double>(best) / steps;
+  const double low = std::max(0.0, (static_cast<double>(best) - 1) / steps);
+  const double high = std::min(1.0, (static_cast<double>(best) + 1) / steps);
+  auto [t, least] = leastNear(distance, low, high, there);
+  // The search comes near the ends of the edge, but not quite there.
+  for (const double end : {0.0, 1.0}) {
+    const double atEnd = (table[end == 0 ? 0 : table.size() - 1] - point).squaredNorm();
+    if (atEnd <= least) {
+      least = atEnd;
       t = end;
     }
   }
@@ -195,7 +232,8 @@ Continuity edgeContinuity(const Surface& a, const ParameterCurve& edgeA, const S
   for (std::size_t i = 0; i < pointsA.size(); ++i) {
     const Side sideA = sideAt(a, edgeA(static_cast<double>(i) / last));
     const Side sideB = sideAt(b, edgeB(nearestOnEdge(b, edgeB, pointsB, pointsA[i])));
-    const Vector3d tangent = pointsA[std::min(i + 1, pointsA.size() - 1)] - pointsA[i > 0 ? i - 1 : 0];
+    // The trapezoidal rule: half the way to either neighbour.
+    const Vector3d tangent = (pointsA[std::min(i + 1, pointsA.size() - 1)] - pointsA[i > 0 ? i - 1 : 0]) / 2;
     collector.add(sideA, sideB, tangent);
   }
   return collector.finish(options.sides);

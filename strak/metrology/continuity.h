@@ -22,6 +22,8 @@ struct Continuity {
   JointFigure gap;        // distance of the two edges; the model's unit
   JointFigure angle;      // between the tangent planes; radians, in [0, pi]
   JointFigure curvature;  // difference of the normal curvatures across the edge; 1 / length
+  double length = 0;            // of the edge
+  double largestCurvature = 0;  // of the normal curvatures across the edge, on either side
   Index samples = 0;
   Index singular = 0;  // samples where a side has no normal: they count for the gap only
 };
