@@ -43,7 +43,8 @@
 namespace strak::cad {
 namespace {
 
-constexpr double kHeldEnd = 1e-9;  // of the curve's size: the ends of a free edge must stay this near
+constexpr double kSamePlace = 1e-6;  // of the model's size: unsewn edges this near are the same
+constexpr double kHeldEnd = 1e-9;    // of the curve's size: the ends of a free edge must stay this near
 
 // A name from the file, empty for one that Open CASCADE made up.
 std::string nameOf(const TDF_Label& label) {
@@ -149,9 +150,11 @@ class CadModel : public Model {
     }
   }
 
-  std::vector<SharedEdge> sharedEdges() const override {
+  using Model::sharedEdges;
+  std::vector<SharedEdge> sharedEdges(double within) const override {
     try {
-      return sharedEdgesOf(file_.shape, objects_, places_, file_.unit.millimetres, size_);
+      return sharedEdgesOf(file_.shape, objects_, places_, file_.unit.millimetres,
+                           std::max(kSamePlace * size_, within));
     } catch (const Standard_Failure& failure) {
       throw Failure(
           fmt::format("the edges cannot be followed: Open CASCADE gives up ({})", failure.GetMessageString()));

@@ -17,6 +17,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kOnSide = 1e-6;  // of the first span: an edge this near a side lies on it
+constexpr double kWhole = 1e-4;   // of the end spans: a vertex may leave this much of a side to no edge
 constexpr int kSamples = 17;      // places where two edges are compared
 constexpr int kTable = 64;        // where the search for the nearest place starts
 
@@ -133,8 +134,8 @@ void findSide(const Surface& surface, FaceEdge& edge) {
     edge.along = side;
     edge.left = leftOfSide(side) == (start < end);
     const double low = std::min(start, end), high = std::max(start, end);
-    if (std::abs(low - line.from) <= kOnSide * firstSpan(surface.knots(1 - k), false) &&
-        std::abs(high - line.to) <= kOnSide * firstSpan(surface.knots(1 - k), true)) {
+    if (std::abs(low - line.from) <= kWhole * firstSpan(surface.knots(1 - k), false) &&
+        std::abs(high - line.to) <= kWhole * firstSpan(surface.knots(1 - k), true)) {
       edge.side = side;
     }
     return;

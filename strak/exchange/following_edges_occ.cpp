@@ -11,6 +11,7 @@
 #include <GeomAdaptor_Surface.hxx>
 #include <Geom_BSplineCurve.hxx>
 #include <TopExp.hxx>
+#include <TopExp_Explorer.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Face.hxx>
 
@@ -29,11 +30,12 @@
 namespace strak::cad {
 namespace {
 
-constexpr int kSamples = 65;            // of an edge
-constexpr double kStays = 1e-12;        // of the size: moves below are rounding
-constexpr double kAlike = 1e-9;         // of the size: how much the moves of two faces may differ
-constexpr double kStraight = 1e-9;      // of the domain: curves in the parameter plane this straight are isoparametric
-constexpr double kApproximate = 1e-10;  // of the size: error of a curve that is not
+constexpr int kSamples = 65;             // of an edge
+constexpr double kStays = 1e-12;         // of the size: moves below are rounding
+constexpr double kAlike = 1e-9;          // of the size: how much the moves of two faces may differ
+constexpr double kAlikeAtCorner = 0.1;  // of its tolerance: edges of real files end a little beside their corners
+constexpr double kStraight = 1e-9;       // of the domain: curves in the parameter plane this straight are isoparametric
+constexpr double kApproximate = 1e-10;   // of the size: error of a curve that is not
 constexpr int kMostSegments = 2000, kHighestDegree = 9;
 
 BRep_TEdge& dataOf(const TopoDS_Edge& edge) { return static_cast<BRep_TEdge&>(*edge.TShape()); }
@@ -163,10 +165,27 @@ FollowingEdges::FollowingEdges(const TopoDS_Shape& shape, double size) : size_(s
     }
     edges_.push_back(std::move(record));
   }
+  std::map<const TopoDS_TShape*, std::size_t> edgeNumbers;
+  for (std::size_t e = 0; e < edges_.size(); ++e) edgeNumbers.emplace(edges_[e].edge.TShape().get(), e);
+  for (const TopoDS_Shape& part : partsOf(shape, TopAbs_FACE)) {
+    TopoDS_Face face = TopoDS::Face(part);
+    face.Location(TopLoc_Location());
+    TopLoc_Location place;
+    const Handle(Geom_Surface) surface = BRep_Tool::Surface(face, place);
+    if (surface.IsNull()) continue;
+    for (TopExp_Explorer all(face, TopAbs_EDGE); all.More(); all.Next()) {
+      Edge& edge = edges_[edgeNumbers.at(all.Current().TShape().get())];
+      const auto& ways = dataOf(edge.edge).Curves();
+      const bool known = std::any_of(ways.begin(), ways.end(), [&](const Handle(BRep_CurveRepresentation) & way) {
+        return way->IsCurveOnSurface() && way->Surface() == surface;
+      });
+      edge.besideBare = edge.besideBare || !known;
+    }
+  }
 }
 
-void FollowingEdges::requireAlike(const std::string& what, double apart) const {
-  if (apart <= kAlike * size_) return;
+void FollowingEdges::requireAlike(const std::string& what, double apart, double tolerance) const {
+  if (apart <= std::max(kAlike * size_, kAlikeAtCorner * tolerance)) return;
   throw InvalidInput(
       fmt::format("{} would be torn: the faces there move apart by {:.3g} of the model's size; move "
                   "their borders alike or not at all",
@@ -253,7 +272,7 @@ FollowingEdges::Move FollowingEdges::moveOf(const Edge& edge, const ChangedSurfa
     move.ends.clear();
     return move;
   }
-  requireAlike(edge.name, apart);
+  requireAlike(edge.name, edge.besideBare ? farthest : apart);
   move.moves = true;
   move.tolerance = edge.tolerance;
   if (point) return move;
@@ -279,7 +298,7 @@ std::optional<gp_Vec> FollowingEdges::cornerMove(const Corner& corner, const std
       const gp_Vec step = ends[end].Transformed(home);
       if (count == 0) first = step;
       moved = moved || step.Magnitude() > kStays * size_;
-      requireAlike("the corner of " + edges_[e].name, (step - first).Magnitude());
+      requireAlike("the corner of " + edges_[e].name, (step - first).Magnitude(), corner.tolerance);
       sum += step;
       ++count;
     }

@@ -35,7 +35,8 @@ class FollowingEdges {
 
   // Makes every edge and corner what the surfaces ask for: as read where these are as read, else moved with them.
   // Depends on the surfaces only, not on what was done before. Throws InvalidInput that names the edge, and changes
-  // nothing, if its faces or the faces at a corner do not move alike within 1e-9 of the size.
+  // nothing, if its faces do not move alike within 1e-9 of the size, or the faces at a corner not within that or a
+  // tenth of the corner's tolerance.
   void follow(const ChangedSurfaces& changed);
 
  private:
@@ -46,6 +47,7 @@ class FollowingEdges {
     double tolerance = 0;
     std::array<std::size_t, 2> corner{};   // at its start and end: numbers in corners_
     std::array<TopLoc_Location, 2> place;  // of the corners in the edge
+    bool besideBare = false;               // bounds a plane that has no curve of it in its parameters
     bool remade = false;
   };
   struct Corner {
@@ -61,7 +63,7 @@ class FollowingEdges {
   Move moveOf(const Edge& edge, const ChangedSurfaces& changed) const;
   Handle(Geom_Curve) curveOf(const Edge& edge, const std::vector<Image>& images) const;
   std::optional<gp_Vec> cornerMove(const Corner& corner, const std::vector<Move>& moves) const;
-  void requireAlike(const std::string& what, double apart) const;
+  void requireAlike(const std::string& what, double apart, double tolerance = 0) const;
 
   double size_ = 0;
   TopoDS_Shape shape_;

@@ -83,8 +83,9 @@ class PlainModel : public Model {
     for (const auto& [index, spline] : splines) replace(index, spline);
   }
 
-  std::vector<SharedEdge> sharedEdges() const override {
-    const double tolerance = kSamePlace * size();
+  using Model::sharedEdges;
+  std::vector<SharedEdge> sharedEdges(double within) const override {
+    const double tolerance = std::max(kSamePlace * size(), within);
     std::vector<FaceEdge> sides;
     std::vector<const Surface*> surfaces(objects_.size(), nullptr);
     for (std::size_t i = 0; i < objects_.size(); ++i) {

@@ -58,7 +58,8 @@ struct SharedEdge {
   std::string name;            // "edge 12", as in the audit; "face 1 / face 2" where every face has an edge of its own
   Index faceA = 0, faceB = 0;  // numbers of the objects; the same for a seam
   // The edge in the parameters of either face: polylines at even steps of the edge's own parameter, running the same
-  // way. Two points where it is a straight line there, which is exact; a few hundred on a trimmed face.
+  // way. Two points where it is a straight line there, which is exact; a few hundred on a trimmed face. lineB is empty
+  // where face B is no spline.
   std::vector<Eigen::Vector2d> lineA, lineB;
   std::optional<int> sideA, sideB;    // the side of the domain, if the edge is the whole of it
   std::optional<int> alongA, alongB;  // the side on which it lies, whole or in part
@@ -91,9 +92,11 @@ class Model {
   // the model's size (a face that is not named does not move). Not for the curves of a file.
   virtual void replaceTogether(const std::vector<std::pair<Index, AnySpline>>& splines) = 0;
 
-  // All edges between two spline faces, in a fixed order, measured on the model as it is now. Faces with edges of their
-  // own (IGES, .g2, JSON) meet where these coincide from end to end, within the file's tolerance or 1e-6 of the size.
-  virtual std::vector<SharedEdge> sharedEdges() const = 0;
+  // All edges between a spline face and another face, in a fixed order, of the model as it is now. Faces with edges of
+  // their own (IGES, .g2, JSON) meet where these coincide from end to end, within the largest of the file's tolerance
+  // there, 1e-6 of the size and `within`.
+  virtual std::vector<SharedEdge> sharedEdges(double within) const = 0;
+  std::vector<SharedEdge> sharedEdges() const { return sharedEdges(0); }
 
   // Densely measured gaps of all edges, and the kernel's checker. Empty for plain splines. Edges are counted once,
   // however many instances of a part there are.

@@ -20,10 +20,9 @@
 namespace strak::cad {
 namespace {
 
-constexpr int kSamples = 201;        // of an edge that is not straight in the parameter plane
-constexpr int kSamplesPerSpan = 8;   // of one with many spans
-constexpr double kStraight = 1e-9;   // of the domain
-constexpr double kSamePlace = 1e-6;  // of the model's size: unsewn edges this near are the same
+constexpr int kSamples = 201;       // of an edge that is not straight in the parameter plane
+constexpr int kSamplesPerSpan = 8;  // of one with many spans
+constexpr double kStraight = 1e-9;  // of the domain
 
 using Polyline = std::vector<Eigen::Vector2d>;
 
@@ -78,7 +77,7 @@ std::vector<TopoDS_Edge> distinctEdges(const TopoDS_Shape& shape) {
 }
 
 std::vector<SharedEdge> sharedEdgesOf(const TopoDS_Shape& shape, const std::vector<Object>& objects,
-                                      const std::vector<gp_Trsf>& places, double unitLength, double size) {
+                                      const std::vector<gp_Trsf>& places, double unitLength, double tolerance) {
   std::map<const TopoDS_TShape*, int> numbers;
   for (const TopoDS_Edge& edge : distinctEdges(shape)) {
     numbers.emplace(edge.TShape().get(), static_cast<int>(numbers.size()) + 1);
@@ -87,6 +86,7 @@ std::vector<SharedEdge> sharedEdgesOf(const TopoDS_Shape& shape, const std::vect
   struct Use {
     int faces = 0;
     std::vector<FaceEdge> splines;
+    std::vector<Index> others;  // faces that are no splines, or have no curve of it in their parameters
   };
   std::vector<Use> uses;
   TopTools_DataMapOfShapeInteger known;
@@ -102,17 +102,20 @@ std::vector<SharedEdge> sharedEdgesOf(const TopoDS_Shape& shape, const std::vect
       }
       Use& use = uses[static_cast<std::size_t>(known.Find(edge))];
       ++use.faces;
-      if (!objects[f].spline) continue;
       double from = 0, to = 0;
-      const Handle(Geom2d_Curve) curve = BRep_Tool::CurveOnSurface(edge, face, from, to);
-      if (curve.IsNull()) continue;
+      Handle(Geom2d_Curve) curve;
+      if (objects[f].spline) curve = BRep_Tool::CurveOnSurface(edge, face, from, to);
+      if (curve.IsNull()) {
+        use.others.push_back(static_cast<Index>(f));
+        continue;
+      }
       const auto& surface = std::get<Surface>(*objects[f].spline);
       FaceEdge own;
       own.face = static_cast<Index>(f);
       own.name = fmt::format("edge {}", numbers.at(edge.TShape().get()));
       own.line = sampled(*curve, from, to, surface);
       own.left = edge.Orientation() == TopAbs_FORWARD;
-      own.tolerance = std::max(BRep_Tool::Tolerance(edge) / unitLength, kSamePlace * size);
+      own.tolerance = std::max(BRep_Tool::Tolerance(edge) / unitLength, tolerance);
       findSide(surface, own);
       use.splines.push_back(std::move(own));
     }
@@ -123,6 +126,12 @@ std::vector<SharedEdge> sharedEdgesOf(const TopoDS_Shape& shape, const std::vect
   for (const Use& use : uses) {
     if (use.faces == 1 && use.splines.size() == 1) single.push_back(use.splines.front());
     for (std::size_t a = 0; a < use.splines.size(); ++a) {
+      for (const Index other : use.others) {
+        FaceEdge unknown;
+        unknown.face = other;
+        result.push_back(sharedEdge(use.splines[a], unknown, false));
+        result.back().notJoinable = "the other face is not a B-spline";
+      }
       for (std::size_t b = a + 1; b < use.splines.size(); ++b) {
         result.push_back(sharedEdge(use.splines[a], use.splines[b], false));
         if (use.faces > 2) result.back().notJoinable = "more than two faces meet there";

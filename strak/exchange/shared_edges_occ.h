@@ -15,8 +15,8 @@ namespace strak::cad {
 std::vector<TopoDS_Edge> distinctEdges(const TopoDS_Shape& shape);
 
 // See Model::sharedEdges. The first `objects` are the shape's faces in their order, `places` where they stand; one
-// length unit of the model is `unitLength`, its size `size`.
+// length unit of the model is `unitLength`. Unsewn edges within `tolerance` (model units) are the same.
 std::vector<SharedEdge> sharedEdgesOf(const TopoDS_Shape& shape, const std::vector<Object>& objects,
-                                      const std::vector<gp_Trsf>& places, double unitLength, double size);
+                                      const std::vector<gp_Trsf>& places, double unitLength, double tolerance);
 
 }  // namespace strak::cad
