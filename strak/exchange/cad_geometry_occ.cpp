@@ -67,6 +67,28 @@ gp_Pnt poleOf(const Net& euclidean, Index row, double unitLength) {
   return pole;
 }
 
+// What the net of a spline has in row `row` or should have there.
+template <int D>
+gp_Pnt poleOf(const Spline<D>& spline, Index row, double unitLength) {
+  const Net& net = spline.net();
+  if (!spline.isRational()) return poleOf(net, row, unitLength);
+  return poleOf(net.row(row).head(3) / net(row, 3), 0, unitLength);
+}
+
+template <int D>
+double weightOf(const Spline<D>& spline, Index row) {
+  return spline.isRational() ? spline.net()(row, 3) : 1.0;
+}
+
+// Whether a pole and its weight give the row of the target's net to the bit. No spline is made of the poles: right
+// after knots were taken out their weights may be anything.
+template <int D>
+bool gives(const gp_Pnt& pole, double weight, const Spline<D>& target, Index row, double unitLength) {
+  Net has(1, target.net().cols());
+  setRow(has, 0, pole, weight, unitLength, target.isRational());
+  return has.row(0) == target.net().row(row);
+}
+
 TColStd_Array1OfReal array(const std::vector<double>& values) {
   TColStd_Array1OfReal result(1, static_cast<int>(values.size()));
   for (int i = 1; i <= result.Upper(); ++i) result(i) = values[static_cast<std::size_t>(i - 1)];
@@ -143,6 +165,10 @@ void requireSameKnots(const KnotVector& has, const KnotVector& wanted, int direc
                             directionName(direction)));
 }
 
+void requireSameWeights(bool same) {
+  if (!same) throw Failure("Open CASCADE did not take over the weights as given: nothing was written");
+}
+
 }  // namespace
 
 Curve toSpline(const Geom_BSplineCurve& curve, double unitLength) {
@@ -210,14 +236,25 @@ void assign(Geom_BSplineCurve& live, const Geom_BSplineCurve& original, const Cu
   const bool back = target == toSpline(original, unitLength);
   assignKnots(CurveDirection{live}, target.knots(0));
   requireSameKnots(knotsOf(live), target.knots(0), 0);
-  const Curve now = toSpline(live, unitLength);
+  const auto weight = [&](int i) { return back ? original.Weight(i) : weightOf(target, i - 1); };
   for (int i = 1; i <= live.NbPoles(); ++i) {
     if (back) {
       live.SetPole(i, original.Pole(i));
-    } else if (now.net().row(i - 1) != target.net().row(i - 1)) {
-      live.SetPole(i, poleOf(target.net(), i - 1, unitLength));
+    } else if (!gives(live.Pole(i), live.Weight(i), target, i - 1, unitLength)) {
+      live.SetPole(i, poleOf(target, i - 1, unitLength));
     }
   }
+  // Weights that are all alike for a moment are forgotten by the kernel: then the second round sets them again.
+  constexpr int kRounds = 2;
+  bool same = false;
+  for (int round = 0; round < kRounds && !same; ++round) {
+    same = true;
+    for (int i = 1; i <= live.NbPoles(); ++i) {
+      if (live.Weight(i) != weight(i)) live.SetWeight(i, weight(i));
+    }
+    for (int i = 1; i <= live.NbPoles(); ++i) same = same && live.Weight(i) == weight(i);
+  }
+  requireSameWeights(same);
 }
 
 void assign(Geom_BSplineSurface& live, const Geom_BSplineSurface& original, const Surface& target, double unitLength) {
@@ -226,17 +263,29 @@ void assign(Geom_BSplineSurface& live, const Geom_BSplineSurface& original, cons
   assignKnots(VDirection{live}, target.knots(1));
   requireSameKnots(knotsOf(live, 0), target.knots(0), 0);
   requireSameKnots(knotsOf(live, 1), target.knots(1), 1);
-  const Surface now = toSpline(live, unitLength);
+  TColStd_Array1OfReal rowWeights(1, live.NbVPoles());
   for (int i = 1; i <= live.NbUPoles(); ++i) {
+    bool otherWeights = false;
     for (int j = 1; j <= live.NbVPoles(); ++j) {
       const Index row = target.row({i - 1, j - 1});
+      rowWeights(j) = back ? original.Weight(i, j) : weightOf(target, row);
+      otherWeights = otherWeights || live.Weight(i, j) != rowWeights(j);
       if (back) {
         live.SetPole(i, j, original.Pole(i, j));
-      } else if (now.net().row(row) != target.net().row(row)) {
-        live.SetPole(i, j, poleOf(target.net(), row, unitLength));
+      } else if (!gives(live.Pole(i, j), live.Weight(i, j), target, row, unitLength)) {
+        live.SetPole(i, j, poleOf(target, row, unitLength));
       }
     }
+    // A whole row at a time: after each call the kernel looks through all weights.
+    if (otherWeights) live.SetWeightRow(i, rowWeights);
   }
+  bool same = true;
+  for (int i = 1; i <= live.NbUPoles(); ++i) {
+    for (int j = 1; j <= live.NbVPoles(); ++j) {
+      same = same && live.Weight(i, j) == (back ? original.Weight(i, j) : weightOf(target, target.row({i - 1, j - 1})));
+    }
+  }
+  requireSameWeights(same);
 }
 
 AnySpline placed(const AnySpline& spline, const gp_Trsf& placement, double unitLength) {

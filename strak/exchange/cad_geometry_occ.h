@@ -20,8 +20,9 @@ Handle(Geom_BSplineCurve) fromSpline(const Curve& curve, double unitLength);
 Handle(Geom_BSplineSurface) fromSpline(const Surface& surface, double unitLength);
 
 // Changes `live` in place to `target`, which has the knots of `original` among its own: knots that `target` lacks are
-// removed, new ones inserted, control points set where they differ from what `live` has. A target equal to
-// toSpline(original) gives the poles of `original` to the bit. Throws Failure if the knots do not come out as asked.
+// removed, new ones inserted, control points and weights set where they differ from what `live` has. A target equal to
+// toSpline(original) gives the poles and weights of `original` to the bit. Throws Failure if the knots or the weights
+// do not come out as asked.
 void assign(Geom_BSplineCurve& live, const Geom_BSplineCurve& original, const Curve& target, double unitLength);
 void assign(Geom_BSplineSurface& live, const Geom_BSplineSurface& original, const Surface& target, double unitLength);
 

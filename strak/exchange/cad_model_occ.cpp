@@ -185,7 +185,8 @@ class CadModel : public Model {
  private:
   static void requireHeldEnds(const std::string& name, const Curve& had, const Curve& has) {
     const KnotVector& knots = had.knots(0);
-    const double size = (had.net().colwise().maxCoeff() - had.net().colwise().minCoeff()).stableNorm();
+    const Net points = had.euclideanNet();
+    const double size = (points.colwise().maxCoeff() - points.colwise().minCoeff()).stableNorm();
     for (double end : {knots.from(), knots.to()}) {
       if ((evaluate<1>(had, {end}) - evaluate<1>(has, {end})).stableNorm() > kHeldEnd * size) {
         throw InvalidInput(fmt::format("{}: its ends must stay where they are, hold at least one row", name));
@@ -269,7 +270,6 @@ class CadModel : public Model {
       object.leftAlone = error.what();
       return;
     }
-    if (std::get<Surface>(*object.spline).isRational()) object.leftAlone = "it is rational";
     if (spline->IsUPeriodic() || spline->IsVPeriodic()) object.leftAlone = "it is periodic";
   }
 
@@ -321,7 +321,6 @@ class CadModel : public Model {
     const double slack = Precision::PConfusion();
     if (from > knots.from() + slack || to < knots.to() - slack)
       object.leftAlone = "its edge is a part of a longer curve";
-    if (spline->IsRational()) object.leftAlone = "it is rational";
     if (spline->IsPeriodic()) object.leftAlone = "it is periodic";
   }
 

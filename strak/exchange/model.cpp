@@ -36,11 +36,7 @@ class PlainModel : public Model {
       object.kind = entry.spline ? kindOf(*entry.spline) : entry.kind;
       const char* shape = entry.spline ? std::array{"curve", "surface", "volume"}[entry.spline->index()] : "object";
       object.name = entry.name.empty() ? fmt::format("{} {}", shape, number) : entry.name;
-      if (!entry.spline) {
-        object.leftAlone = fmt::format("a {} is not a spline", entry.kind);
-      } else if (std::visit([](const auto& s) { return s.isRational(); }, *entry.spline)) {
-        object.leftAlone = "it is rational";
-      }
+      if (!entry.spline) object.leftAlone = fmt::format("a {} is not a spline", entry.kind);
       objects_.push_back(std::move(object));
     }
   }

@@ -125,15 +125,20 @@ std::vector<double> midSpans(const KnotVector& knots, double from, double to) {
   return middles;
 }
 
-// The rows of the net with index i in direction k.
+// The control points with index i in direction k, in space.
 template <int D>
 Net slice(const Spline<D>& spline, int k, Index i) {
   Index inner = 1;
   for (int l = k + 1; l < D; ++l) inner *= spline.size(l);
   const Index outer = spline.net().rows() / inner / spline.size(k);
-  Net rows(outer * inner, spline.net().cols());
+  const Index dimension = spline.pointDimension();
+  Net rows(outer * inner, dimension);
   for (Index o = 0; o < outer; ++o) {
-    rows.middleRows(o * inner, inner) = spline.net().middleRows((o * spline.size(k) + i) * inner, inner);
+    const auto from = spline.net().middleRows((o * spline.size(k) + i) * inner, inner);
+    rows.middleRows(o * inner, inner) = from.leftCols(dimension);
+    if (spline.isRational()) {
+      rows.middleRows(o * inner, inner).array().colwise() /= from.col(dimension).array();
+    }
   }
   return rows;
 }
@@ -283,8 +288,8 @@ FairingPlan<D> plan(const Spline<D>& spline, const FairingPlanOptions<D>& option
   if (options.energyOrder < 0) throw InvalidInput("the order of an energy cannot be negative");
 
   FairingPlan<D> plan{spline, HeldPoints(static_cast<std::size_t>(spline.net().rows()), 1), 0, 0, {}, ""};
-  if (spline.isRational()) {
-    plan.leftAlone = "it is rational";
+  if (spline.isRational() && !options.rational) {
+    plan.leftAlone = "its energy in parameters is not defined for rational splines: use --energy exact";
     return plan;
   }
   for (int k = 0; k < D; ++k) {
@@ -295,7 +300,8 @@ FairingPlan<D> plan(const Spline<D>& spline, const FairingPlanOptions<D>& option
       return plan;
     }
   }
-  const double size = (spline.net().colwise().maxCoeff() - spline.net().colwise().minCoeff()).stableNorm();
+  const Net points = spline.euclideanNet();
+  const double size = (points.colwise().maxCoeff() - points.colwise().minCoeff()).stableNorm();
   if (size == 0) {
     plan.leftAlone = "all its control points are one point";
     return plan;

@@ -20,8 +20,11 @@ struct FairingPlanOptions {
   // Rows held at the low and high side of every direction: 1 keeps the position along that side, 2 the tangent planes
   // and 3 the curvatures. Creases and seams keep the larger of their direction's two numbers on each side, poles 3.
   std::array<Index, 2 * D> rows = allRows(3);
-  int energyOrder = 2;    // highest derivative in the energy: decides which inner knots are creases
-  bool refine = true;     // insert knots where too few points are free
+  int energyOrder = 2;  // highest derivative in the energy: decides which inner knots are creases
+  bool refine = true;   // insert knots where too few points are free
+  // Whether the energy is one of the shape (curvatures), so that splines with weights may have it, too: their knots are
+  // inserted in homogeneous form. Quadratic energies of the derivatives do not know weights.
+  bool rational = false;
   Index minFree = 4;      // free rows wanted in every direction; each stretch between creases gets at least one
   double maxGrowth = 16;  // the refined net has at most this many times the points (nets up to 4096 points always may)
 

@@ -81,22 +81,6 @@ TEST_F(Cad, SplinesComeBackToTheBit) {
   }
 }
 
-TEST_F(Cad, RationalSurfacesAndCurvesAreReadButLeftAlone) {
-  const Folder folder;
-  Surface surface = gentle(3, 6, 6, 4);
-  Net net(36, 4);
-  for (Index r = 0; r < 36; ++r) {
-    const double weight = 1 + 0.1 * static_cast<double>(r % 7);
-    net.row(r) << weight * surface.net().row(r), weight;
-  }
-  const Surface rational(surface.knots(), net, true);
-  modelOf({rational}, {}, "mm")->write(folder / "r.step");
-  const auto back = readModel(folder / "r.step");
-  EXPECT_LT(largestDifference(*back->objects()[0].spline, rational), 1e-14);
-  EXPECT_EQ(back->objects()[0].kind, "rational B-spline surface");
-  EXPECT_EQ(back->objects()[0].leftAlone, "it is rational");
-}
-
 TEST_F(Cad, TheUnitOfTheFileIsTheUnitOfTheModel) {
   const Folder folder;
   const Surface surface = gentle(3, 6, 7, 5);

@@ -259,12 +259,56 @@ TEST(PlanFace, SaysWhyNothingCanBeDone) {
   EXPECT_NE(planFairing<2>(point).leftAlone.find("one point"), std::string::npos);
   const Surface rational({uniform(3, 5), uniform(3, 5)}, Net::Constant(25, 4, 1.0), true);
   EXPECT_NE(planFairing<2>(rational).leftAlone.find("rational"), std::string::npos);
+  options.rational = true;
+  EXPECT_NE(planFairing<2>(rational, options).leftAlone.find("one point"), std::string::npos);
   options.rows = {200, 200, 3, 3};
   options.maxGrowth = 1;
   EXPECT_NE(planFairing<2>(patch(uniform(3, 70), uniform(3, 70)), options).leftAlone.find("hold fewer rows"),
             std::string::npos);
   options.rows = {-1, 0, 0, 0};
   EXPECT_THROW(planFairing<2>(patch(uniform(3, 9), uniform(3, 9)), options), InvalidInput);
+}
+
+TEST(PlanFace, WeightsChangeNothingButTheRefinedNet) {
+  const Surface plain = patch(uniform(3, 6), uniform(4, 7));
+  Net net(plain.net().rows(), 4);
+  for (Index r = 0; r < net.rows(); ++r) {
+    const double w = 1 + 0.3 * static_cast<double>(r % 5);
+    net.row(r) << w * plain.net().row(r), w;
+  }
+  const Surface rational(plain.knots(), net, true);
+  PlanOptions options;
+  options.rational = true;
+  const FacePlan plan = planFairing<2>(rational, options);
+  const FacePlan same = planFairing<2>(plain, options);
+  ASSERT_EQ(plan.leftAlone, "");
+  EXPECT_GT(plan.knotsInserted, 0);
+  EXPECT_EQ(plan.held, same.held);
+  EXPECT_EQ(plan.spline.knots(), same.spline.knots());
+  for (double u : {0.01, 0.37, 0.99}) {
+    EXPECT_LT((evaluate<2>(plan.spline, {u, 0.4}) - evaluate<2>(rational, {u, 0.4})).norm(), 1e-14);
+  }
+}
+
+// Poles and seams are found by points, not by points times weights.
+TEST(PlanFace, RationalPolesAndSeamsAreFound) {
+  const KnotVector u = uniform(2, 9), v = uniform(3, 9);
+  Net net(81, 4);
+  for (Index i = 0; i < 9; ++i) {
+    for (Index j = 0; j < 9; ++j) {
+      const double radius = std::sin(0.3 * static_cast<double>(i));
+      const double angle = 2 * 3.14159265358979 * static_cast<double>(j % 8) / 8;
+      const double w = j % 2 == 0 ? 1 : 0.7;
+      net.row(i * 9 + j) << w * radius * std::cos(angle), w * radius * std::sin(angle), w * static_cast<double>(i), w;
+    }
+  }
+  PlanOptions options;
+  options.rational = true;
+  const FacePlan plan = planFairing<2>(Surface({u, v}, net, true), options);
+  std::string notes;
+  for (const auto& note : plan.notes) notes += note;
+  EXPECT_NE(notes.find("Closed in direction v"), std::string::npos) << notes;
+  EXPECT_NE(notes.find("low side of direction u is shrunk to one point"), std::string::npos) << notes;
 }
 
 TEST(PlanFace, CurvesAndVolumes) {
