@@ -13,7 +13,7 @@
 #include "apps/cli/console.h"
 #include "strak/base/error.h"
 #include "strak/fairing/exact_fairing.h"
-#include "strak/report/trim_region.h"
+#include "strak/metrology/trim_region.h"
 
 namespace strak::cli {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "strak/report/trim_region.h"
+#include "strak/metrology/trim_region.h"
 
 namespace strak {
 

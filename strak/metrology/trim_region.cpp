@@ -1,4 +1,4 @@
-#include "strak/report/trim_region.h"
+#include "strak/metrology/trim_region.h"
 
 #include <algorithm>
 #include <tuple>
