@@ -139,7 +139,7 @@ JoinBank bankOfSide(const Surface& surface, int side) {
 }
 
 JoinEnergy::JoinEnergy(const Surface& a, const std::vector<int>& unknownA, const JoinBank& bankA, const Surface& b,
-                       const std::vector<int>& unknownB, const JoinBank& bankB, bool reversed) {
+                       const std::vector<int>& unknownB, const JoinBank& bankB, bool reversed, bool withJump) {
   const KnotVector &alongA = a.knots(1 - bankA.direction), &alongB = b.knots(1 - bankB.direction);
   const Index behindA = spanBehind(a, bankA), behindB = spanBehind(b, bankB);
   Eigen::VectorXd weightA, weightB;
@@ -174,7 +174,7 @@ JoinEnergy::JoinEnergy(const Surface& a, const std::vector<int>& unknownA, const
       const double length = half * rule.weights[q] * xa.row(0).norm();
       if (!(width > 0)) continue;
       sample.angleWeight = kAngle * length / (width * width * width);
-      sample.jumpWeight = length / width;
+      sample.jumpWeight = withJump ? length / width : 0;
       stretch.samples.push_back(std::move(sample));
     }
     if (!stretch.samples.empty()) stretches_.push_back(std::move(stretch));

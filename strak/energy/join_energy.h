@@ -34,9 +34,10 @@ struct JoinFigures {
 class JoinEnergy {
  public:
   // The parameters along the two banks are mapped affinely, `reversed` or not; both have the same knots then.
-  // `unknownA`, `unknownB` as in ShapeEnergy. Throws InvalidInput for a bank that is on no knot line.
+  // `unknownA`, `unknownB` as in ShapeEnergy. `withJump` false: the roughness counts the angle alone. Throws
+  // InvalidInput for a bank that is on no knot line.
   JoinEnergy(const Surface& a, const std::vector<int>& unknownA, const JoinBank& bankA, const Surface& b,
-             const std::vector<int>& unknownB, const JoinBank& bankB, bool reversed);
+             const std::vector<int>& unknownB, const JoinBank& bankB, bool reversed, bool withJump = true);
 
   // The unknowns that are coupled, for patternOfCliques. Stretches without free points are left out.
   std::vector<std::vector<int>> cliques() const;

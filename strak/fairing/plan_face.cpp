@@ -180,8 +180,8 @@ std::array<Borders, D> findBorders(const Spline<D>& spline, const FairingPlanOpt
     const std::size_t at = 2 * static_cast<std::size_t>(k);
     const Index wished = std::max<Index>(1, std::max(options.rows[at], options.rows[at + 1]));
     Borders& b = borders[static_cast<std::size_t>(k)];
-    b.low = bordered[at] ? options.rows[at] : 0;
-    b.high = bordered[at + 1] ? options.rows[at + 1] : 0;
+    b.low = bordered[at] && !options.joined[at] ? options.rows[at] : 0;
+    b.high = bordered[at + 1] && !options.joined[at + 1] ? options.rows[at + 1] : 0;
     b.crease = wished;
     const char* name = directionName(k);
 
@@ -195,7 +195,8 @@ std::array<Borders, D> findBorders(const Spline<D>& spline, const FairingPlanOpt
           "as a crease: {} row{} on each side are held.",
           creases, creases == 1 ? "" : "s", name, creases == 1 ? "is" : "are", wished, wished == 1 ? "" : "s"));
     }
-    if (bordered[at] && bordered[at + 1] && isClosed(spline, k, size)) {
+    const bool joined = options.joined[at] && options.joined[at + 1];
+    if (bordered[at] && bordered[at + 1] && !joined && isClosed(spline, k, size)) {
       b.low = b.high = wished;
       notes.push_back(fmt::format("Closed in direction {}: {} row{} on each side of the seam are held.", name, wished,
                                   wished == 1 ? "" : "s"));

@@ -20,6 +20,8 @@ struct FairingPlanOptions {
   // Rows held at the low and high side of every direction: 1 keeps the position along that side, 2 the tangent planes
   // and 3 the curvatures. Creases and seams keep the larger of their direction's two numbers on each side, poles 3.
   std::array<Index, 2 * D> rows = allRows(3);
+  // Sides along which the spline follows a neighbour, or itself at a seam: no row is held for them.
+  std::array<bool, 2 * D> joined{};
   int energyOrder = 2;  // highest derivative in the energy: decides which inner knots are creases
   bool refine = true;   // insert knots where too few points are free
   // Whether the energy is one of the shape (curvatures), so that splines with weights may have it, too: their knots are

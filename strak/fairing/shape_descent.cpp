@@ -129,7 +129,8 @@ Descent::Descent(const std::vector<ShapePatch>& patches, const std::vector<Shape
     const ShapePatch &a = patches[join.patchA], &b = patches[join.patchB];
     joins_.push_back({join.patchA,
                       join.patchB,
-                      JoinEnergy(a.surface, a.unknownOf, join.bankA, b.surface, b.unknownOf, join.bankB, join.reversed),
+                      JoinEnergy(a.surface, a.unknownOf, join.bankA, b.surface, b.unknownOf, join.bankB, join.reversed,
+                                 join.withJump),
                       {}});
   }
   givenJoins_ = joins_.size();

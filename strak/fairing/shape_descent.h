@@ -23,6 +23,7 @@ struct ShapeJoin {
   std::size_t patchA = 0, patchB = 0;
   JoinBank bankA, bankB;
   bool reversed = false;
+  bool withJump = true;  // whether the curvature's jump is to get smaller, or only the angle
 };
 
 struct ShapeDescentOptions {
