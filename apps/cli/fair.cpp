@@ -27,7 +27,8 @@ namespace {
 struct FairArguments {
   std::string input, output, report;
   std::string tolerance, toleranceKind, hold = "g2", energy, scale;
-  std::string method = "optimal", steps, gap, minGain = "0", maxChanges, pointsPerList = "1", faces, threads;
+  std::string join = "keep", method = "optimal", steps, gap, minGain = "0", maxChanges, pointsPerList = "1", faces,
+              threads;
   bool noRefine = false, json = false, quiet = false;
   std::string commandLine;
 };
@@ -60,6 +61,16 @@ std::string energyOf(const FairArguments& arguments) {
     return arguments.energy;
   }
   return quadratic ? "thin-plate" : kExactEnergy;
+}
+
+JoinWish joinWish(const FairArguments& arguments) {
+  if (arguments.join == "keep") return JoinWish::keep;
+  if (energyOf(arguments) != kExactEnergy) {
+    throw InvalidInput("--join g1 and g2 need --energy exact: leave the other energy out");
+  }
+  if (arguments.join == "g1") return JoinWish::g1;
+  if (arguments.join == "g2") return JoinWish::g2;
+  throw InvalidInput(fmt::format("--join cannot be '{}': choose keep, g1 or g2", arguments.join));
 }
 
 CertifiedFairingOptions fairingOptions(const FairArguments& arguments, double modelSize) {
@@ -162,6 +173,7 @@ void fair(const FairArguments& arguments) {
   const Stopwatch watch;
   const std::string energy = energyOf(arguments);  // a misspelt name is found before the file is read
   const auto rows = holdRows(arguments.hold);
+  const JoinWish join = joinWish(arguments);
   std::optional<tbb::global_control> threads;
   if (!arguments.threads.empty()) {
     threads.emplace(tbb::global_control::max_allowed_parallelism,
@@ -177,6 +189,7 @@ void fair(const FairArguments& arguments) {
   options.selected = selectedObjects(arguments.faces, model->objects());
   options.energy = energy;
   options.holdRows = rows;
+  options.join = join;
   options.refine = !arguments.noRefine;
   options.fairing = fairingOptions(arguments, model->size());
   options.showProgress = !arguments.quiet;
@@ -228,6 +241,11 @@ void addFair(CLI::App& program, const std::string& commandLine) {
       ->add_option("--hold", arguments->hold,
                    "What stays at the borders: g0, g1, g2 (1, 2, 3 rows of control points), a number of rows, or "
                    "UMIN,UMAX,VMIN,VMAX")
+      ->capture_default_str();
+  command
+      ->add_option("--join", arguments->join,
+                   "What happens where faces meet smoothly: keep (every face stays as it is along its borders), g1 or "
+                   "g2 (they move together, so that angle, or angle and curvature jump, get smaller)")
       ->capture_default_str();
   command->add_option(
       "--energy", arguments->energy,

@@ -11,9 +11,11 @@
 #include <optional>
 
 #include "apps/cli/console.h"
+#include "apps/cli/describe_result.h"
+#include "apps/cli/fair_part.h"
+#include "apps/cli/model_editor.h"
 #include "strak/base/error.h"
 #include "strak/fairing/exact_fairing.h"
-#include "strak/metrology/trim_region.h"
 
 namespace strak::cli {
 
@@ -115,38 +117,6 @@ FairingPlan<D> planOf(const Model& model, const Job& job, const Spline<D>& splin
   }
 }
 
-// Looser on big nets: the figure must not cost more than the fairing. Of a trimmed face only the visible part counts.
-FairnessOptions fairnessOptions(Index points, const TrimRegion* visible) {
-  constexpr Index kBigNet = 10'000;
-  FairnessOptions options;
-  options.relativeError = points <= kBigNet ? 1e-3 : 1e-2;
-  if (visible != nullptr) {
-    options.context = visible;
-    options.inside = [](double u, double v, const void* region) {
-      return static_cast<const TrimRegion*>(region)->inside({u, v});
-    };
-  }
-  return options;
-}
-
-void measure(const Object&, const Curve& before, const Curve& after, FairedObject& entry) {
-  if (before.pointDimension() != 2 && before.pointDimension() != 3) return;
-  entry.plate = {curveFairness(before).bending, curveFairness(after).bending};
-}
-
-void measure(const Object& object, const Surface& before, const Surface& after, FairedObject& entry) {
-  if (before.pointDimension() != 3) return;
-  const bool whole = std::all_of(object.naturalSide.begin(), object.naturalSide.end(), [](bool side) { return side; });
-  std::optional<TrimRegion> visible;
-  if (!whole) visible.emplace(before, object.trims);
-  const TrimRegion* region = visible && !visible->isWholeDomain() ? &*visible : nullptr;
-  entry.fairnessBefore = surfaceFairness(before, fairnessOptions(before.net().rows(), region));
-  entry.fairnessAfter = surfaceFairness(after, fairnessOptions(after.net().rows(), region));
-  entry.plate = {entry.fairnessBefore->plate, entry.fairnessAfter->plate};
-}
-
-void measure(const Object&, const Volume&, const Volume&, FairedObject&) {}
-
 // What a person should be told when the energy and the true bending energy disagree.
 void noteHonestly(FairedObject& entry) {
   const double error = entry.fairnessAfter ? std::max(1e-3, entry.fairnessAfter->relativeError) : 1e-3;
@@ -157,21 +127,6 @@ void noteHonestly(FairedObject& entry) {
                     "the surface; a smaller tolerance or another energy helps",
                     number(entry.plate.before), number(entry.plate.after), entry.energyName));
   }
-}
-
-// Everything that a person wants to know of a faired object, whatever method it was.
-template <int D>
-void describeResult(const Model& model, const Job& job, const Spline<D>& before, Spline<D> after,
-                    const FairingSummary& summary, const Deviation<D>& deviation, FairedObject& entry) {
-  entry.summary = summary;
-  entry.deviationLower = deviation.lower;
-  entry.deviationUpper = deviation.upper;
-  entry.controlPointMove = summary.largestMove;
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  entry.plate = {kNone, kNone};
-  measure(objectAt(model, job.objects.front()), before, after, entry);
-  for (int k = 0; k < D; ++k) entry.points[static_cast<std::size_t>(k)] = after.size(k);
-  entry.after = std::move(after);
 }
 
 const char* const kNothingGained = "already as fair as the tolerance and the held points allow: left as it was";
@@ -205,7 +160,8 @@ void fairSurfaceExactly(const Model& model, const Job& job, const Surface& splin
     entry.notes = {kNothingGained};
   }
   entry.energyName = kExactEnergy;
-  describeResult(model, job, spline, std::move(faired.spline), faired.summary, deviation, entry);
+  describeResult(objectAt(model, job.objects.front()), spline, std::move(faired.spline), faired.summary, deviation,
+                 entry);
 }
 
 template <int D>
@@ -241,68 +197,11 @@ void fairOne(const Model& model, const Job& job, const Spline<D>& spline, const 
   progress.report(kSolving, entry.name);
   entry.energyName = energy.name;
   entry.heldMaxMove = faired.heldMaxMove;
-  describeResult(model, job, spline, std::move(faired.spline), faired.summary, faired.deviation, entry);
+  describeResult(objectAt(model, job.objects.front()), spline, std::move(faired.spline), faired.summary,
+                 faired.deviation, entry);
   noteHonestly(entry);
   progress.report(1, entry.name);
 }
-
-// How the model got worse by a change: empty if it did not.
-std::string worsening(const Audit& before, const Audit& after, double size) {
-  const double rounding = 1e-11 * size;
-  if ((before.valid && !after.valid) || after.invalidFaces > before.invalidFaces) {
-    return "the CAD kernel's checker no longer accepts the model with the change";
-  }
-  if (after.largestTolerance > before.largestTolerance + rounding) {
-    return fmt::format("an edge's tolerance would rise from {} to {}", number(before.largestTolerance),
-                       number(after.largestTolerance));
-  }
-  for (std::size_t e = 0; e < std::min(before.edges.size(), after.edges.size()); ++e) {
-    if (after.edges[e].gap > before.edges[e].gap + rounding) {
-      return fmt::format("the gap at {} would grow from {} to {}", after.edges[e].name, number(before.edges[e].gap),
-                         number(after.edges[e].gap));
-    }
-  }
-  return "";
-}
-
-// Puts changed splines into the model as long as its audit stays as good as it was.
-class Editor {
- public:
-  Editor(Model& model, const Audit& before, std::vector<FairedObject>& entries)
-      : model_(model), before_(before), after_(before), entries_(entries) {}
-
-  // Accepts all of the jobs at once if it can, else halves the set until the culprits are alone: few audits for few
-  // culprits.
-  void accept(const std::vector<Job>& jobs) {
-    if (jobs.empty()) return;
-    for (const Job& job : jobs) model_.replace(job.objects.front(), *entryOf(job).after);
-    Audit audit = model_.audit();
-    const std::string reason = worsening(before_, audit, model_.size());
-    if (reason.empty()) {
-      after_ = std::move(audit);
-      return;
-    }
-    for (const Job& job : jobs) model_.replace(job.objects.front(), *entryOf(job).before);
-    if (jobs.size() == 1) {
-      entryOf(jobs.front()).after.reset();
-      entryOf(jobs.front()).leftAlone = "refused: " + reason;
-      return;
-    }
-    const auto middle = jobs.begin() + static_cast<std::ptrdiff_t>(jobs.size() / 2);
-    accept({jobs.begin(), middle});
-    accept({middle, jobs.end()});
-  }
-
-  const Audit& audit() const { return after_; }
-
- private:
-  FairedObject& entryOf(const Job& job) { return entries_[static_cast<std::size_t>(job.objects.front())]; }
-
-  Model& model_;
-  const Audit& before_;
-  Audit after_;
-  std::vector<FairedObject>& entries_;
-};
 
 // The entries of all objects before anything is done: those not chosen say so.
 std::vector<FairedObject> entriesOf(const Model& model, const std::vector<Index>& selected) {
@@ -339,8 +238,14 @@ FairModelResult fairModel(Model& model, const FairModelOptions& options) {
   FairModelResult result;
   result.objects = entriesOf(model, options.selected);
   const bool onlyOne = options.selected.size() == 1;
-  const std::vector<Job> jobs = jobsOf(model, options.selected);
   result.before = result.after = model.audit();
+  ModelEditor editor(model, result.before, result.objects);
+  std::vector<Index> alone = options.selected;
+  if (options.join != JoinWish::keep && options.energy == kExactEnergy) {
+    const std::vector<Index> together = fairParts(model, options, editor, result.objects);
+    std::erase_if(alone, [&](Index i) { return std::binary_search(together.begin(), together.end(), i); });
+  }
+  const std::vector<Job> jobs = jobsOf(model, alone);
   {
     std::vector<double> weights(jobs.size());
     std::transform(jobs.begin(), jobs.end(), weights.begin(), [](const Job& job) { return job.weight; });
@@ -364,10 +269,11 @@ FairModelResult fairModel(Model& model, const FairModelOptions& options) {
       });
     });
   }
-  std::vector<Job> done;
-  std::copy_if(jobs.begin(), jobs.end(), std::back_inserter(done),
-               [&](const Job& job) { return result.objects[static_cast<std::size_t>(job.objects.front())].faired(); });
-  Editor editor(model, result.before, result.objects);
+  std::vector<ModelEditor::Group> done;
+  for (const Job& job : jobs) {
+    const Index first = job.objects.front();
+    if (result.objects[static_cast<std::size_t>(first)].faired()) done.push_back({first});
+  }
   editor.accept(done);
   result.after = editor.audit();
   for (const Job& job : jobs) noteSharing(job, result.objects);

@@ -15,14 +15,18 @@ namespace strak::cli {
 // The name of the energies of the shape itself.
 inline constexpr const char* kExactEnergy = "exact";
 
+// What happens to the joins of faces: they stay as they are, or become smoother, with the faces on both sides moving.
+enum class JoinWish { keep, g1, g2 };
+
 struct FairModelOptions {
   std::vector<Index> selected;        // numbers of the objects to fair
   std::string energy = kExactEnergy;  // exact (surfaces in space; thin-plate for all else), or as energyNamed has it
   std::vector<Index> holdRows{3};     // one number for all ends, or one an end
-  bool refine = true;                 // knots may be inserted where nothing is free
-  CertifiedFairingOptions fairing;    // its progress is not used
-  bool showProgress = true;           // a bar on a terminal
-  std::function<bool()> stopped;      // asked again and again; true ends the work with the best so far
+  JoinWish join = JoinWish::keep;
+  bool refine = true;               // knots may be inserted where nothing is free
+  CertifiedFairingOptions fairing;  // its progress is not used
+  bool showProgress = true;         // a bar on a terminal
+  std::function<bool()> stopped;    // asked again and again; true ends the work with the best so far
 };
 
 struct FairModelResult {

@@ -1,0 +1,68 @@
+#include "apps/cli/describe_result.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include "strak/metrology/trim_region.h"
+
+namespace strak::cli {
+
+namespace {
+
+// Looser on big nets: the figure must not cost more than the fairing. Of a trimmed face only the visible part counts.
+FairnessOptions fairnessOptions(Index points, const TrimRegion* visible) {
+  constexpr Index kBigNet = 10'000;
+  FairnessOptions options;
+  options.relativeError = points <= kBigNet ? 1e-3 : 1e-2;
+  if (visible != nullptr) {
+    options.context = visible;
+    options.inside = [](double u, double v, const void* region) {
+      return static_cast<const TrimRegion*>(region)->inside({u, v});
+    };
+  }
+  return options;
+}
+
+void measure(const Object&, const Curve& before, const Curve& after, FairedObject& entry) {
+  if (before.pointDimension() != 2 && before.pointDimension() != 3) return;
+  entry.plate = {curveFairness(before).bending, curveFairness(after).bending};
+}
+
+void measure(const Object& object, const Surface& before, const Surface& after, FairedObject& entry) {
+  if (before.pointDimension() != 3) return;
+  const bool whole = std::all_of(object.naturalSide.begin(), object.naturalSide.end(), [](bool side) { return side; });
+  std::optional<TrimRegion> visible;
+  if (!whole) visible.emplace(before, object.trims);
+  const TrimRegion* region = visible && !visible->isWholeDomain() ? &*visible : nullptr;
+  entry.fairnessBefore = surfaceFairness(before, fairnessOptions(before.net().rows(), region));
+  entry.fairnessAfter = surfaceFairness(after, fairnessOptions(after.net().rows(), region));
+  entry.plate = {entry.fairnessBefore->plate, entry.fairnessAfter->plate};
+}
+
+void measure(const Object&, const Volume&, const Volume&, FairedObject&) {}
+
+}  // namespace
+
+template <int D>
+void describeResult(const Object& object, const Spline<D>& before, Spline<D> after, const FairingSummary& summary,
+                    const Deviation<D>& deviation, FairedObject& entry) {
+  entry.summary = summary;
+  entry.deviationLower = deviation.lower;
+  entry.deviationUpper = deviation.upper;
+  entry.controlPointMove = summary.largestMove;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  entry.plate = {kNone, kNone};
+  measure(object, before, after, entry);
+  for (int k = 0; k < D; ++k) entry.points[static_cast<std::size_t>(k)] = after.size(k);
+  entry.after = std::move(after);
+}
+
+template void describeResult(const Object&, const Curve&, Curve, const FairingSummary&, const Deviation<1>&,
+                             FairedObject&);
+template void describeResult(const Object&, const Surface&, Surface, const FairingSummary&, const Deviation<2>&,
+                             FairedObject&);
+template void describeResult(const Object&, const Volume&, Volume, const FairingSummary&, const Deviation<3>&,
+                             FairedObject&);
+
+}  // namespace strak::cli

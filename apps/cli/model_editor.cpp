@@ -1,0 +1,79 @@
+#include "apps/cli/model_editor.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/cli/console.h"
+#include "strak/base/error.h"
+
+namespace strak::cli {
+
+namespace {
+
+// How the model got worse by a change: empty if it did not.
+std::string worsening(const Audit& before, const Audit& after, double size) {
+  const double rounding = 1e-11 * size;
+  if ((before.valid && !after.valid) || after.invalidFaces > before.invalidFaces) {
+    return "the CAD kernel's checker no longer accepts the model with the change";
+  }
+  if (after.largestTolerance > before.largestTolerance + rounding) {
+    return fmt::format("an edge's tolerance would rise from {} to {}", number(before.largestTolerance),
+                       number(after.largestTolerance));
+  }
+  for (std::size_t e = 0; e < std::min(before.edges.size(), after.edges.size()); ++e) {
+    if (after.edges[e].gap > before.edges[e].gap + rounding) {
+      return fmt::format("the gap at {} would grow from {} to {}", after.edges[e].name, number(before.edges[e].gap),
+                         number(after.edges[e].gap));
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
+void ModelEditor::put(const Group& group, bool changed) {
+  std::vector<std::pair<Index, AnySpline>> splines;
+  for (Index index : group) splines.emplace_back(index, changed ? *entry(index).after : *entry(index).before);
+  if (splines.size() == 1) {
+    model_.replace(splines.front().first, splines.front().second);
+  } else {
+    model_.replaceTogether(splines);
+  }
+}
+
+void ModelEditor::refuse(const Group& group, const std::string& reason) {
+  for (Index index : group) {
+    entry(index).after.reset();
+    entry(index).leftAlone = "refused: " + reason;
+  }
+}
+
+void ModelEditor::accept(const std::vector<Group>& groups) {
+  if (groups.empty()) return;
+  std::vector<Group> changed;
+  for (const Group& group : groups) {
+    try {
+      put(group, true);
+      changed.push_back(group);
+    } catch (const InvalidInput& error) {
+      refuse(group, error.what());
+    }
+  }
+  Audit audit = model_.audit();
+  const std::string reason = worsening(before_, audit, model_.size());
+  if (reason.empty()) {
+    after_ = std::move(audit);
+    return;
+  }
+  for (const Group& group : changed) put(group, false);
+  if (changed.size() == 1) {
+    refuse(changed.front(), reason);
+    return;
+  }
+  const auto middle = changed.begin() + static_cast<std::ptrdiff_t>(changed.size() / 2);
+  accept({changed.begin(), middle});
+  accept({middle, changed.end()});
+}
+
+}  // namespace strak::cli

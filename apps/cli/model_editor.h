@@ -1,0 +1,38 @@
+#pragma once
+//
+// Puts changed splines into a model as long as its audit stays as good as it was.
+
+#include <vector>
+
+#include "strak/exchange/model.h"
+#include "strak/report/fair_report.h"
+
+namespace strak::cli {
+
+class ModelEditor {
+ public:
+  // Objects that must change together, or one alone. Their entries hold the new splines.
+  using Group = std::vector<Index>;
+
+  // `before` and `entries` (one an object) must outlive the editor.
+  ModelEditor(Model& model, const Audit& before, std::vector<FairedObject>& entries)
+      : model_(model), before_(before), after_(before), entries_(entries) {}
+
+  // Accepts all groups at once if it can, else halves the set until the culprits are alone: few audits for few
+  // culprits. The entries of a refused group lose their result and say why.
+  void accept(const std::vector<Group>& groups);
+
+  const Audit& audit() const { return after_; }
+
+ private:
+  FairedObject& entry(Index index) { return entries_[static_cast<std::size_t>(index)]; }
+  void put(const Group& group, bool changed);
+  void refuse(const Group& group, const std::string& reason);
+
+  Model& model_;
+  const Audit& before_;
+  Audit after_;
+  std::vector<FairedObject>& entries_;
+};
+
+}  // namespace strak::cli
