@@ -11,6 +11,7 @@
 
 #include "strak/base/error.h"
 #include "strak/energy/shape_residuals.h"
+#include "strak/solve/dense_kernels.h"
 #include "strak/spline/basis.h"
 #include "strak/spline/rational.h"
 
@@ -109,10 +110,11 @@ void ShapeEnergy::Direction::fitSpeed(const std::vector<double>& speeds) {
 }
 
 struct ShapeEnergy::Work {
-  RowMatrix basis;       // kShapeDerivatives x m
-  RowMatrix numerators;  // 10 x m
-  RowMatrix points;      // m x 3
-  RowMatrix jacobian;    // 7 nodes^2 x 3 m
+  RowMatrix basis;           // kShapeDerivatives x m
+  RowMatrix numerators;      // 10 x m
+  RowMatrix points;          // m x 3
+  Eigen::MatrixXd jacobian;  // 3 m x 7 nodes^2, a column a residual
+  std::vector<double> scratch;
   Eigen::VectorXd residual, pointWeight;
   std::vector<int> unknown;
 };
@@ -269,7 +271,7 @@ ShapeEnergies ShapeEnergy::addStep(const Net& points, const Weights& weights, Bl
         Element& element = elements[c];
         element.value = {};
         gather(cell, points, work);
-        work.jacobian.resize(kShapeResiduals * nodes, 3 * m);
+        work.jacobian.resize(3 * m, kShapeResiduals * nodes);
         work.residual.resize(kShapeResiduals * nodes);
         Index row = 0;
         for (std::size_t i = 0; i < u_->nodes; ++i) {
@@ -286,14 +288,16 @@ ShapeEnergies ShapeEnergy::addStep(const Net& points, const Weights& weights, Bl
               work.residual[row + k] = factor * value;
               r.derivative.middleRows<3>(3 * k) *= factor;
             }
-            // Row r * 3 + c of the product lies where row r, columns c m .. of the jacobian do.
+            // Row r * 3 + c of the product lies where column r, rows c m .. of the jacobian do.
             Eigen::Map<RowMatrix>(work.jacobian.data() + row * 3 * m, 3 * kShapeResiduals, m).noalias() =
                 r.derivative * work.basis;
           }
         }
         element.matrix.setZero(3 * m, 3 * m);
-        element.matrix.selfadjointView<Eigen::Lower>().rankUpdate(work.jacobian.transpose());
-        element.gradient.noalias() = work.jacobian.transpose() * work.residual;
+        work.scratch.resize(static_cast<std::size_t>(dense::scratchSize(3 * m)));
+        dense::chosen().addOuter(3 * m, work.jacobian.cols(), work.jacobian.data(), 3 * m, 1, element.matrix.data(),
+                                 3 * m, work.scratch.data());
+        element.gradient.noalias() = work.jacobian * work.residual;
         element.unknown = work.unknown;
       }
     });

@@ -23,12 +23,16 @@ constexpr double kSteps[] = {1, 0.4, 0.16, 0.064};
 constexpr double kLeastShare = 0.05;  // of the predicted decrease that a step must bring
 constexpr double kStopChange = 2e-3;  // of the merit, twice in a row
 constexpr double kStopPredicted = 1e-4;
-constexpr int kMostTurns = 4;         // of the plate energy's weight, where the guard refuses
+constexpr int kMostTurns = 6;         // of the plate energy's weight, where the guard refuses
 constexpr int kMostHalvings = 2;      // of a span of the hull
 constexpr double kActive = 0.95;      // of the radius: rows whose hull is worth refining
 constexpr double kGuardError = 1e-3;  // of the adaptive integrals while descending
 constexpr double kFinalError = 2e-5;
-constexpr double kSmoothAngle = 1e-5;    // sine: joins with less are smooth and may stay just so
+constexpr double kInnerShare = 0.02;  // of a step's decrease: how sharply the next one is solved
+constexpr double kFinest = 1e-5, kCoarsest = 1e-3;
+constexpr double kMoreJoinWeight = 10;
+constexpr double kMostJoinWeight = 1e8;
+constexpr double kSmoothAngle = 2e-4;    // sine: joins with less are smooth and may stay just so
 constexpr double kSmoothJump = 0.02;     // of the largest curvature across the join
 constexpr double kStartAccuracy = 1e-6;  // of the metric energy of the input
 
@@ -73,6 +77,8 @@ class Descent {
   Figures figuresAt(const Eigen::VectorXd& e) const;
   double meritChange(const Figures& at, const Eigen::VectorXd& e) const;
   bool guardHolds(const Eigen::VectorXd& e, const Figures& at, bool turnWeights);
+  bool joinsHold(const Figures& at) const;
+  bool raiseJoins();
   bool figuresHold(const Eigen::VectorXd& e, double relativeError, std::vector<SurfaceFairness>& figures) const;
   void makeRows();
   void setMetrics(double most, double share);
@@ -271,8 +277,8 @@ double Descent::meritChange(const Figures& at, const Eigen::VectorXd& e) const {
   return change;
 }
 
-// No figure of any patch or join larger than its input's. With `turnWeights` the weights are turned towards those that
-// are.
+// No figure of any patch larger than its input's. With `turnWeights` the plate energy's weight is turned towards the
+// figure that is.
 bool Descent::guardHolds(const Eigen::VectorXd& e, const Figures& at, bool turnWeights) {
   bool holds = true;
   for (std::size_t p = 0; p < patches_.size(); ++p) {
@@ -288,12 +294,29 @@ bool Descent::guardHolds(const Eigen::VectorXd& e, const Figures& at, bool turnW
     holds = false;
     if (turnWeights) patch.plateWeight *= plate ? 1.0 / 3 : 3;
   }
-  for (std::size_t j = 0; j < joins_.size(); ++j) {
-    if (at.joins[j].angle <= joins_[j].allowedAngle && at.joins[j].jump <= joins_[j].allowedJump) continue;
-    holds = false;
-    if (turnWeights) joins_[j].weight *= 10;
-  }
   return holds;
+}
+
+// Whether no join is worse than the input's. On the way they may be: a step keeps them smooth to first order only.
+bool Descent::joinsHold(const Figures& at) const {
+  for (std::size_t j = 0; j < joins_.size(); ++j) {
+    if (at.joins[j].angle > joins_[j].allowedAngle || at.joins[j].jump > joins_[j].allowedJump) return false;
+  }
+  return true;
+}
+
+// Raises the weights of the joins that are worse than the input's; false if none may be raised.
+bool Descent::raiseJoins() {
+  bool raised = false;
+  for (std::size_t j = 0; j < joins_.size(); ++j) {
+    Join& join = joins_[j];
+    if (now_.joins[j].angle <= join.allowedAngle && now_.joins[j].jump <= join.allowedJump) continue;
+    if (join.weight >= kMostJoinWeight) continue;
+    join.weight *= kMoreJoinWeight;
+    raised = true;
+  }
+  if (raised) now_ = figuresAt(e_);
+  return raised;
 }
 
 bool Descent::figuresHold(const Eigen::VectorXd& e, double relativeError, std::vector<SurfaceFairness>& figures) const {
@@ -302,6 +325,7 @@ bool Descent::figuresHold(const Eigen::VectorXd& e, double relativeError, std::v
     const SurfaceFairness& before = patch.before;
     const SurfaceFairness after = figuresOf(patch, surfaceOf(patch, e), relativeError);
     figures.push_back(after);
+
     if (after.plate > before.plate || after.curvatureVariation > before.curvatureVariation ||
         after.isophoteRoughness > before.isophoteRoughness) {
       return false;
@@ -312,9 +336,18 @@ bool Descent::figuresHold(const Eigen::VectorXd& e, double relativeError, std::v
 
 // Of what has been reached: both energies count alike.
 double Descent::merit() const {
+  std::vector<double> rough;
+  for (std::size_t p = 0; p < patches_.size(); ++p) {
+    rough.push_back(now_.patches[p].roughness + patches_[p].roughnessFloor);
+  }
+  // With the first weights: those of now depend on the way.
+  for (std::size_t j = 0; j < joins_.size(); ++j) {
+    rough[joins_[j].a] += 0.5 * now_.joins[j].roughness;
+    rough[joins_[j].b] += 0.5 * now_.joins[j].roughness;
+  }
   double sum = 0;
   for (std::size_t p = 0; p < patches_.size(); ++p) {
-    sum += std::log(now_.rough[p]) + std::log(now_.patches[p].plate + patches_[p].plateFloor);
+    sum += std::log(rough[p]) + std::log(now_.patches[p].plate + patches_[p].plateFloor);
   }
   return sum;
 }
@@ -364,7 +397,7 @@ bool Descent::startFromMetric() {
 
 // Steps until the merit stands still; returns false if nothing was gained at all.
 bool Descent::stage() {
-  double damping = kFirstDamping;
+  double damping = kFirstDamping, accuracy = kCoarsest;
   int small = 0, turns = 0;
   bool gained = false;
   while (true) {
@@ -397,13 +430,14 @@ bool Descent::stage() {
       damped.addDiagonal(damping * diagonal);
       Eigen::VectorXd x = e_;
       const Eigen::VectorXd linear = gradient - damped.times(e_);
-      minimizeInHull({&damped, linear, &rows_}, *factor_, x);
+      minimizeInHull({&damped, linear, &rows_}, *factor_, x, {.accuracy = accuracy});
       x = shrunk(x);
       const Eigen::VectorXd step = x - e_;
       const double predicted = -(gradient.dot(step) + 0.5 * step.dot(matrix.times(step)));
       if (predicted < kStopPredicted) {
         stop_ = StopReason::gain;
-        return gained;
+        if (!raiseJoins()) return gained;
+        break;
       }
       Eigen::VectorXd refused;
       Figures refusedAt;
@@ -428,12 +462,15 @@ bool Descent::stage() {
       }
       if (accepted) {
         ++steps_;
+
         accepted_.push_back(e_);
         gained = true;
         small = -change < kStopChange ? small + 1 : 0;
+        accuracy = std::clamp(kInnerShare * predicted, kFinest, kCoarsest);
         if (small >= 2) {
           stop_ = StopReason::gain;
-          return gained;
+          if (!raiseJoins()) return gained;
+          small = 0;
         }
       } else if (refused.size() > 0 && turns < kMostTurns) {
         guardHolds(refused, refusedAt, true);
@@ -478,7 +515,10 @@ ShapeDescent Descent::run() {
   result.stopReason = unknowns_ == 0 || flat ? StopReason::nothingFree : stop_;
   for (Patch& patch : patches_) patch.before = figuresOf(patch, patch.input->surface, kFinalError);
   // The last surface whose figures hold when integrated sharply.
-  while (accepted_.size() > 1 && !figuresHold(accepted_.back(), kFinalError, result.after)) accepted_.pop_back();
+  while (accepted_.size() > 1 &&
+         !(joinsHold(figuresAt(accepted_.back())) && figuresHold(accepted_.back(), kFinalError, result.after))) {
+    accepted_.pop_back();
+  }
   const Eigen::VectorXd& e = accepted_.back();
   now_ = figuresAt(e);
   for (std::size_t j = 0; j < givenJoins_; ++j) {

@@ -2,10 +2,11 @@
 
 #include <tbb/parallel_invoke.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <atomic>
 #include <numeric>
+
+#include "strak/solve/dense_kernels.h"
 
 namespace strak {
 
@@ -180,16 +181,9 @@ void NestedCholesky::Tree::factorNode(int index, const BlockMatrix& matrix) {
     }
     below.schur.resize(0, 0);
   }
-  auto square = left.topRows(own);
-  Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(square);
-  if (llt.info() != Eigen::Success) {
-    failed = true;
-    return;
-  }
-  if (all == own) return;
-  auto lower = left.bottomRows(all - own);
-  square.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(lower);
-  rest.selfadjointView<Eigen::Lower>().rankUpdate(lower, -1);
+  static thread_local std::vector<double> scratch;
+  scratch.resize(std::max(scratch.size(), static_cast<std::size_t>(dense::scratchSize(all))));
+  if (!dense::chosen().eliminate(all, own, left.data(), rest.data(), scratch.data())) failed = true;
 }
 
 NestedCholesky::NestedCholesky(std::shared_ptr<const BlockPattern> pattern,
