@@ -93,14 +93,15 @@ double boundOf(const Net& before, const Net& after, bool rational) {
          before.col(dimension).minCoeff();
 }
 
-// How far the removal of one copy of each inner knot alone would move the control points: the part of the net
-// orthogonal to the splines without that knot. That part is one vector z over degree + 2 neighbours, because refinement
-// by one knot, d_j = (1 - a_j) c_{j-1} + a_j c_j, leaves one dimension out.
+}  // namespace
+
+// The part of the net that is orthogonal to the splines without a knot is one vector z over degree + 2 neighbours,
+// because refinement by one knot, d_j = (1 - a_j) c_{j-1} + a_j c_j, leaves one dimension out.
 template <int D>
-std::vector<std::pair<double, double>> removalCosts(const Spline<D>& spline, int direction) {
+std::vector<KnotCost> knotRemovalCosts(const Spline<D>& spline, int direction) {
   const KnotVector& knots = spline.knots(direction);
   const int p = knots.degree();
-  std::vector<std::pair<double, double>> result;  // (cost, knot)
+  std::vector<KnotCost> result;
   std::vector<double> z(static_cast<std::size_t>(p) + 2);
   for (const auto& inner : knots.innerKnots()) {
     const double t = inner.value;
@@ -122,13 +123,13 @@ std::vector<std::pair<double, double>> removalCosts(const Spline<D>& spline, int
     Sparse row(1, knots.size());
     for (int i = 0; i <= p + 1; ++i) row.insert(0, span - p + i) = z[static_cast<std::size_t>(i)] * longest / square;
     const Net parts = multiplyAlong<D>(row, spline.net(), spline.sizes(), direction);
-    result.emplace_back(parts.rowwise().norm().maxCoeff(), t);
+    result.push_back({parts.rowwise().norm().maxCoeff(), t});
   }
-  std::sort(result.begin(), result.end());
+  std::sort(result.begin(), result.end(), [](const KnotCost& a, const KnotCost& b) {
+    return a.cost < b.cost || (a.cost == b.cost && a.knot < b.knot);
+  });
   return result;
 }
-
-}  // namespace
 
 template <int D>
 KnotRemoval<D> removeKnots(const Spline<D>& spline, int direction, const std::vector<double>& knots) {
@@ -161,11 +162,11 @@ KnotRemoval<D> removeKnotsWithin(const Spline<D>& spline, int direction, double 
   }
   KnotRemoval<D> best{spline, 0, {}};
   while (true) {
-    const auto costs = removalCosts(best.spline, direction);
+    const auto costs = knotRemovalCosts(best.spline, direction);
     bool improved = false;
     for (std::size_t count = costs.size(); count > 0 && !improved; count /= 2) {
       std::vector<double> attempt = best.removed;
-      for (std::size_t i = 0; i < count; ++i) attempt.push_back(costs[i].second);
+      for (std::size_t i = 0; i < count; ++i) attempt.push_back(costs[i].knot);
       try {
         auto candidate = removeKnots(spline, direction, attempt);
         if (!(candidate.bound <= tolerance)) continue;
@@ -181,7 +182,8 @@ KnotRemoval<D> removeKnotsWithin(const Spline<D>& spline, int direction, double 
 
 #define STRAK_INSTANTIATE(D)                                                                 \
   template KnotRemoval<D> removeKnots<D>(const Spline<D>&, int, const std::vector<double>&); \
-  template KnotRemoval<D> removeKnotsWithin<D>(const Spline<D>&, int, double);
+  template KnotRemoval<D> removeKnotsWithin<D>(const Spline<D>&, int, double);               \
+  template std::vector<KnotCost> knotRemovalCosts<D>(const Spline<D>&, int);
 STRAK_INSTANTIATE(1)
 STRAK_INSTANTIATE(2)
 STRAK_INSTANTIATE(3)

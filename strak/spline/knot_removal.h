@@ -32,4 +32,13 @@ KnotRemoval<D> removeKnots(const Spline<D>& spline, int direction, const std::ve
 template <int D>
 KnotRemoval<D> removeKnotsWithin(const Spline<D>& spline, int direction, double tolerance);
 
+// How far the removal of one copy of each inner knot alone would move the farthest control point in homogeneous space:
+// the part of the net orthogonal to the splines without that knot. Ascending by the cost. Cost O(size degree) a line.
+struct KnotCost {
+  double cost;
+  double knot;
+};
+template <int D>
+std::vector<KnotCost> knotRemovalCosts(const Spline<D>& spline, int direction);
+
 }  // namespace strak
