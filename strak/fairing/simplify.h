@@ -24,6 +24,10 @@ struct SimplifyOptions {
   // many derivatives less one. A knot that such a row needs stays. Sides that meet (closed splines) keep the larger of
   // their direction's numbers, at least one row; so do sides shrunk to a point.
   std::array<Index, 2 * D> rows = heldRows(3);
+  // Without this, the rows are the best approximation of their image on the fewer knots, within the tolerance: the same
+  // for two surfaces that share a side, so that they still meet. Corners, and all that crosses the side, are kept
+  // anyway.
+  bool exactStrips = true;
   // The figures of fairness may grow by at most this factor, and not above the reference's where they are below them;
   // what the integration cannot tell (0.1 %, on nets above 10,000 points 1 %) is allowed on top.
   double fairnessGrowth = 1.01;
