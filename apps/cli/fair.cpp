@@ -29,6 +29,8 @@ struct FairArguments {
   std::string tolerance, toleranceKind, hold = "g2", energy, scale;
   std::string join = "keep", method = "optimal", steps, gap, minGain = "0", maxChanges, pointsPerList = "1", faces,
               threads;
+  std::string creaseAngle = "5";
+  bool simplify = false, simplifyBorders = false, smoothKnots = false;
   bool noRefine = false, json = false, quiet = false;
   std::string commandLine;
 };
@@ -86,6 +88,25 @@ CertifiedFairingOptions fairingOptions(const FairArguments& arguments, double mo
   if (!arguments.maxChanges.empty()) options.maxChangesPerPoint = wholeNumber("--max-changes", arguments.maxChanges, 1);
   options.pointsPerList = wholeNumber("--points-per-list", arguments.pointsPerList, 1);
   if (!arguments.scale.empty()) options.scale = parameterScaleNamed(arguments.scale);
+  return options;
+}
+
+KnotOptions knotOptions(const FairArguments& arguments) {
+  constexpr double kRadians = 0.017453292519943295;  // in a degree
+  KnotOptions options;
+  options.simplify = arguments.simplify || arguments.simplifyBorders;
+  options.simplifyBorders = arguments.simplifyBorders;
+  options.smooth = arguments.smoothKnots;
+  options.creaseAngle = kRadians * positiveNumber("--crease-angle", arguments.creaseAngle, true);
+  if (options.any() && arguments.tolerance.empty()) {
+    throw InvalidInput(
+        fmt::format("{} needs a --tolerance: give a length", options.simplify ? "--simplify" : "--smooth-knots"));
+  }
+  if (options.any() && arguments.join != "keep") {
+    throw InvalidInput(
+        fmt::format("{} works on every face for itself, --join {} on several together: choose one, or fair twice",
+                    options.simplify ? "--simplify" : "--smooth-knots", arguments.join));
+  }
   return options;
 }
 
@@ -179,6 +200,7 @@ void fair(const FairArguments& arguments) {
     threads.emplace(tbb::global_control::max_allowed_parallelism,
                     static_cast<std::size_t>(wholeNumber("--threads", arguments.threads, 1)));
   }
+  const KnotOptions knots = knotOptions(arguments);
   fairingOptions(arguments, 1);  // the same for every other option
   requireWritable(arguments.output);
   fileKindOfEnding(arguments.output);
@@ -192,6 +214,7 @@ void fair(const FairArguments& arguments) {
   options.join = join;
   options.refine = !arguments.noRefine;
   options.fairing = fairingOptions(arguments, model->size());
+  options.knots = knots;
   options.showProgress = !arguments.quiet;
   options.stopped = interrupted;
   catchInterrupt();
@@ -271,6 +294,16 @@ void addFair(CLI::App& program, const std::string& commandLine) {
       ->capture_default_str();
   command->add_option("--faces", arguments->faces, "Objects to fair: numbers, ranges and names, like 1,3-5,hood");
   command->add_flag("--no-refine", arguments->noRefine, "Never insert knots, even where no control point is free");
+  command->add_flag("--simplify", arguments->simplify,
+                    "Afterwards remove knots while tolerance, fairness and the held rows' image hold");
+  command->add_flag("--simplify-borders", arguments->simplifyBorders,
+                    "The same, and approximate the borders on fewer knots, too (not in CAD files)");
+  command->add_flag("--smooth-knots", arguments->smoothKnots,
+                    "First make inner knot lines smooth that are only C0 or C1, within half of the tolerance");
+  command
+      ->add_option("--crease-angle", arguments->creaseAngle,
+                   "Degrees: with --smooth-knots, knot lines with a larger angle are creases and stay")
+      ->capture_default_str();
   command->add_option("--report", arguments->report,
                       "Write a page to look at (HTML): before, after, deviation, figures");
   command->add_option("--threads", arguments->threads, "Use at most so many threads; the result does not depend on it");

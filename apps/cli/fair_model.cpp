@@ -9,6 +9,7 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "apps/cli/console.h"
 #include "apps/cli/describe_result.h"
@@ -203,6 +204,36 @@ void fairOne(const Model& model, const Job& job, const Spline<D>& spline, const 
   progress.report(1, entry.name);
 }
 
+// A shared surface must suit all faces on it.
+bool onlySidesOf(const Model& model, const Job& job) {
+  return std::all_of(job.objects.begin(), job.objects.end(),
+                     [&](Index index) { return onlySidesMatter(objectAt(model, index)); });
+}
+
+// Smooth knots before the fairing and fewer after it, all within one tolerance.
+template <int D>
+void fairWithKnots(const Model& model, const Job& job, const Spline<D>& original, const FairModelOptions& options,
+                   const Progress& progress, FairedObject& entry) {
+  if (!options.knots.any()) {
+    fairOne(model, job, original, options, progress, entry);
+    return;
+  }
+  const KnotRules<D> rules{options.knots, options.fairing.tolerance, rowsFor<D>(options.holdRows),
+                           mayHaveNeighbours(model), onlySidesOf(model, job)};
+  const Spline<D> start = withSmoothKnots(original, rules, entry);
+  const std::vector<std::string> notes = std::exchange(entry.notes, {});
+  FairModelOptions within = options;
+  within.fairing.tolerance =
+      toleranceForFairing(options.knots, rules.tolerance, entry.smoothed ? entry.smoothed->deviation : 0);
+  fairOne(model, job, start, within, progress, entry);
+  entry.notes.insert(entry.notes.begin(), notes.begin(), notes.end());
+  if (!entry.faired()) return;
+  Spline<D> after = withFewerKnots(std::get<Spline<D>>(*entry.after), original, rules, progress, entry);
+  const Deviation<D> deviation = certifyDeviation(after, original);
+  const FairingSummary summary = entry.summary;
+  describeResult(objectAt(model, job.objects.front()), original, std::move(after), summary, deviation, entry);
+}
+
 // The entries of all objects before anything is done: those not chosen say so.
 std::vector<FairedObject> entriesOf(const Model& model, const std::vector<Index>& selected) {
   std::vector<FairedObject> entries;
@@ -260,7 +291,7 @@ FairModelResult fairModel(Model& model, const FairModelOptions& options) {
       tbb::this_task_arena::isolate([&] {
         try {
           const Progress progress = bar.task(j);
-          std::visit([&](const auto& spline) { fairOne(model, jobs[j], spline, options, progress, entry); },
+          std::visit([&](const auto& spline) { fairWithKnots(model, jobs[j], spline, options, progress, entry); },
                      *objectAt(model, jobs[j].objects.front()).spline);
         } catch (const InvalidInput& error) {
           if (onlyOne) throw;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/cli/fair_knots.h"
 #include "strak/exchange/model.h"
 #include "strak/fairing/certified_fairing.h"
 #include "strak/report/fair_report.h"
@@ -24,6 +25,7 @@ struct FairModelOptions {
   std::vector<Index> holdRows{3};     // one number for all ends, or one an end
   JoinWish join = JoinWish::keep;
   bool refine = true;               // knots may be inserted where nothing is free
+  KnotOptions knots;                // what is done to the knots before and after
   CertifiedFairingOptions fairing;  // its progress is not used
   bool showProgress = true;         // a bar on a terminal
   std::function<bool()> stopped;    // asked again and again; true ends the work with the best so far

@@ -19,7 +19,7 @@ Surface toSpline(const Geom_BSplineSurface& surface, double unitLength);
 Handle(Geom_BSplineCurve) fromSpline(const Curve& curve, double unitLength);
 Handle(Geom_BSplineSurface) fromSpline(const Surface& surface, double unitLength);
 
-// Changes `live` in place to `target`, which has the knots of `original` among its own: knots that `target` lacks are
+// Changes `live` in place to `target`, which has the degrees and the domain of `original`: knots that `target` lacks are
 // removed, new ones inserted, control points and weights set where they differ from what `live` has. A target equal to
 // toSpline(original) gives the poles and weights of `original` to the bit. Throws Failure if the knots or the weights
 // do not come out as asked.

@@ -80,8 +80,9 @@ class Model {
   virtual std::string unit() const = 0;    // "mm", "inch", ..., "" if the file has none
   virtual double size() const = 0;         // diagonal of the bounding box, in model units
 
-  // Puts `spline` in the place of object `index`'s. It must have the same domain and degree and the knots that the file
-  // has among its own (knots may have been inserted); so the spline as it was read puts everything back to the bit.
+  // Puts `spline` in the place of object `index`'s. It must have the same domain and degree; inner knots may have been
+  // inserted or removed (inserted only where the ends are not clamped). Edges keep their curves: audit() tells whether
+  // they still fit. The spline as it was read puts everything back to the bit.
   // Objects in sharedWith change too. Throws InvalidInput for any other spline, for an object left alone, and for a
   // free edge whose ends would move.
   virtual void replace(Index index, const AnySpline& spline) = 0;

@@ -9,7 +9,7 @@ namespace strak {
 namespace {
 
 template <int D>
-void requireFiner(const std::string& name, const Spline<D>& original, const Spline<D>& next) {
+void requireSameForm(const std::string& name, const Spline<D>& original, const Spline<D>& next) {
   if (next.isRational() != original.isRational() || next.pointDimension() != original.pointDimension()) {
     throw InvalidInput(fmt::format("{}: the new spline must have points of the same kind, with {} coordinates", name,
                                    original.pointDimension()));
@@ -22,13 +22,16 @@ void requireFiner(const std::string& name, const Spline<D>& original, const Spli
           fmt::format("{}: degree and domain of direction {} must stay ({} on [{}, {}], not {} on [{}, {}])", name,
                       directionName(k), had.degree(), had.from(), had.to(), has.degree(), has.from(), has.to()));
     }
+    // Other knots keep the parameters, and with them all trimming curves; ends that are not clamped are the exception,
+    // because control points beyond the domain would lose their knots.
+    if (had.isClamped() && has.isClamped()) continue;
     try {
       missingKnots(had, has);
     } catch (const InvalidInput&) {
-      throw InvalidInput(
-          fmt::format("{}: the new knots of direction {} must contain the file's own: insert knots, do "
-                      "not move or remove them",
-                      name, directionName(k)));
+      throw InvalidInput(fmt::format(
+          "{}: the new knots of direction {} must contain the file's own, because its ends are not clamped: "
+          "insert knots, do not move or remove them",
+          name, directionName(k)));
     }
   }
 }
@@ -49,7 +52,7 @@ void requireReplaceable(const Object& object, const std::optional<AnySpline>& or
   if (original->index() != next.index()) {
     throw InvalidInput(fmt::format("{}: a curve, surface or volume can only be replaced by another one", object.name));
   }
-  std::visit([&]<int D>(const Spline<D>& old) { requireFiner(object.name, old, std::get<Spline<D>>(next)); },
+  std::visit([&]<int D>(const Spline<D>& old) { requireSameForm(object.name, old, std::get<Spline<D>>(next)); },
              *original);
 }
 

@@ -12,7 +12,7 @@ namespace strak {
 void requireIndex(Index index, const std::vector<Object>& objects);
 
 // Throws InvalidInput unless `object` may be changed and `next` has the kind, dimension, domain and degrees of
-// `original` (the spline that the file has) and its knots among its own.
+// `original` (the spline that the file has); where the ends are not clamped also its knots among its own.
 void requireReplaceable(const Object& object, const std::optional<AnySpline>& original, const AnySpline& next);
 
 }  // namespace strak

@@ -40,6 +40,16 @@ Json objectJson(const FairedObject& object) {
   json["gap"] = summary.gap;
   json["stop_reason"] = stopReasonName(summary.stopReason);
   json["seconds"] = summary.seconds;
+  if (object.smoothed) {
+    json["smoothed_knots"] = {{"smoothed", object.smoothed->smoothed},
+                              {"kept", object.smoothed->kept},
+                              {"deviation", object.smoothed->deviation}};
+  }
+  if (object.simplified) {
+    json["simplified"] = {{"knotsRemoved", object.simplified->knotsRemoved},
+                          {"pointsBefore", object.simplified->pointsBefore},
+                          {"pointsAfter", object.simplified->pointsAfter}};
+  }
   return json;
 }
 

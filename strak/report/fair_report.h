@@ -36,6 +36,17 @@ struct FairedObject {
   double controlPointMove = 0;  // largest move of a control point
   double heldMaxMove = 0;       // largest move of a held control point
 
+  // What was done to its knots, where that was asked for.
+  struct Simplified {
+    Index knotsRemoved = 0, pointsBefore = 0, pointsAfter = 0;
+  };
+  struct Smoothed {
+    Index smoothed = 0, kept = 0;  // inner knots (surfaces: knot lines) of low continuity
+    double deviation = 0;          // certified, by smoothing alone
+  };
+  std::optional<Simplified> simplified;
+  std::optional<Smoothed> smoothed;
+
   bool faired() const { return after.has_value(); }
 };
 
@@ -62,7 +73,9 @@ std::string fairReportHtml(const FairReport& report);
 
 // One JSON object: version, command, inputs, output, unit, size, tolerance, tolerance_kind, objects, audit, seconds.
 // An object: name, kind, degree, points, left_alone or null, notes and, if it was faired, energy {name, before, after},
-// plate {before, after}, deviation {control_points, lower, certified}, held_max_move, steps, gap, stop_reason, seconds.
+// plate {before, after}, deviation {control_points, lower, certified}, held_max_move, steps, gap, stop_reason, seconds;
+// with --simplify also simplified {knotsRemoved, pointsBefore, pointsAfter}, with --smooth-knots smoothed_knots
+// {smoothed, kept, deviation}.
 // Numbers read back to the same doubles; infinities and NaN are null.
 std::string fairReportJson(const FairReport& report);
 

@@ -1,0 +1,79 @@
+#include "apps/cli/fair_knots.h"
+
+#include <algorithm>
+
+#include "strak/fairing/trimmed_face.h"
+
+namespace strak::cli {
+
+namespace {
+
+constexpr double kSmoothingShare = 0.5;  // of the tolerance
+constexpr double kFairingShare = 0.8;    // of what is left, if knots are to be removed afterwards
+
+}  // namespace
+
+bool onlySidesMatter(const Object& object) {
+  const auto* surface = object.spline ? std::get_if<Surface>(&*object.spline) : nullptr;
+  if (surface == nullptr || object.trims.empty()) return true;
+  const SideEdges edges = edgesAlongSides(*surface, {object.trims, object.naturalSide});
+  return std::all_of(edges.along.begin(), edges.along.end(), [](bool along) { return along; });
+}
+
+bool mayHaveNeighbours(const Model& model) { return model.format() != "g2" && model.format() != "JSON"; }
+
+template <int D>
+Spline<D> withSmoothKnots(const Spline<D>& spline, const KnotRules<D>& rules, FairedObject& entry) {
+  if (!rules.options.smooth) return spline;
+  SmoothKnotsOptions<D> smoothing;
+  smoothing.tolerance = kSmoothingShare * rules.tolerance;
+  smoothing.creaseAngle = rules.options.creaseAngle;
+  smoothing.rows = rules.rows;
+  smoothing.exactStrips = rules.exact;
+  if (!rules.onlySides) smoothing.tolerance = 0;  // only what is smooth already to rounding
+  SmoothedKnots<D> result = smoothKnots(spline, smoothing);
+  entry.notes.insert(entry.notes.end(), result.notes.begin(), result.notes.end());
+  entry.smoothed.emplace();
+  entry.smoothed->deviation = result.deviation.upper;
+  for (const SmoothedKnot& line : result.lines) {
+    ++(line.multiplicityAfter < line.multiplicityBefore ? entry.smoothed->smoothed : entry.smoothed->kept);
+  }
+  return result.spline;
+}
+
+double toleranceForFairing(const KnotOptions& options, double tolerance, double smoothed) {
+  if (!(tolerance < kUnlimited)) return tolerance;
+  return (options.simplify ? kFairingShare : 1) * std::max(0.0, tolerance - smoothed);
+}
+
+template <int D>
+Spline<D> withFewerKnots(const Spline<D>& faired, const Spline<D>& original, const KnotRules<D>& rules,
+                         const Progress& progress, FairedObject& entry) {
+  if (!rules.options.simplify) return faired;
+  SimplifyOptions<D> simplifying;
+  simplifying.tolerance = rules.onlySides ? rules.tolerance : 0;
+  simplifying.rows = rules.rows;
+  simplifying.exactStrips = rules.exact || !rules.options.simplifyBorders;
+  simplifying.fairnessGrowth = 1;
+  simplifying.progress = progress;
+  // Trimmed: what comes out must be the faired one to rounding, so it is measured from there.
+  Simplified<D> result = simplify(faired, rules.onlySides ? original : faired, simplifying);
+  entry.simplified = FairedObject::Simplified{result.knotsRemoved, faired.net().rows(), result.spline.net().rows()};
+  if (!rules.onlySides) {
+    entry.notes.push_back("Trimmed: only knots that change nothing were removed.");
+  } else {
+    entry.notes.insert(entry.notes.end(), result.notes.begin(), result.notes.end());
+  }
+  return std::move(result.spline);
+}
+
+#define STRAK_INSTANTIATE(D)                                                                                  \
+  template Spline<D> withSmoothKnots(const Spline<D>&, const KnotRules<D>&, FairedObject&);                   \
+  template Spline<D> withFewerKnots(const Spline<D>&, const Spline<D>&, const KnotRules<D>&, const Progress&, \
+                                    FairedObject&);
+STRAK_INSTANTIATE(1)
+STRAK_INSTANTIATE(2)
+STRAK_INSTANTIATE(3)
+#undef STRAK_INSTANTIATE
+
+}  // namespace strak::cli
