@@ -1,4 +1,4 @@
-// strak convert: another format, a higher degree, Bezier pieces.
+// strak convert: another format, a higher degree, Bezier pieces, fewer spans.
 
 #include <fmt/format.h>
 
@@ -7,6 +7,7 @@
 #include "apps/cli/commands.h"
 #include "apps/cli/console.h"
 #include "apps/cli/json.h"
+#include "apps/cli/rebuild_model.h"
 #include "apps/cli/values.h"
 #include "strak/base/error.h"
 #include "strak/exchange/file_kind.h"
@@ -19,7 +20,7 @@ namespace strak::cli {
 namespace {
 
 struct ConvertArguments {
-  std::string input, output, elevate;
+  std::string input, output, elevate, rebuild, tolerance;
   bool toBezier = false, json = false;
   std::string commandLine;
 };
@@ -82,11 +83,23 @@ void convert(const ConvertArguments& arguments) {
   const Stopwatch watch;
   requireWritable(arguments.output);
   fileKindOfEnding(arguments.output);
+  if (!arguments.tolerance.empty() && arguments.rebuild.empty()) {
+    throw InvalidInput("--tolerance is for --rebuild: everything else is exact");
+  }
   auto model = readModel(arguments.input);
   const std::string format = model->format();
   if (!arguments.elevate.empty() || arguments.toBezier) model = changed(*model, arguments);
+  std::vector<RebuiltObject> rebuilt;
+  if (!arguments.rebuild.empty()) {
+    RebuiltModel result = rebuildModel(*model, arguments.rebuild, arguments.tolerance);
+    model = std::move(result.model);
+    rebuilt = std::move(result.objects);
+  }
   model->write(arguments.output);
   if (!arguments.json) {
+    for (const RebuiltObject& object : rebuilt) {
+      fmt::print("{}: certified deviation at most {}\n", object.name, number(object.certified));
+    }
     fmt::print("wrote {} ({} objects)\n", arguments.output, model->objects().size());
     return;
   }
@@ -95,8 +108,10 @@ void convert(const ConvertArguments& arguments) {
   json["from"] = format;
   json["to"] = fileKindName(fileKindOfEnding(arguments.output));
   json["objects"] = Json::array();
-  for (const Object& object : model->objects()) {
+  for (std::size_t i = 0; i < model->objects().size(); ++i) {
+    const Object& object = model->objects()[i];
     Json entry{{"name", object.name}, {"kind", object.kind}};
+    if (!rebuilt.empty()) entry["deviation"] = {{"lower", rebuilt[i].lower}, {"certified", rebuilt[i].certified}};
     if (object.spline) {
       std::visit(
           [&]<int D>(const Spline<D>& spline) {
@@ -123,6 +138,12 @@ void addConvert(CLI::App& program, const std::string& commandLine) {
                       "Raise all degrees to this one, exactly; only the splines are written");
   command->add_flag("--to-bezier", arguments->toBezier,
                     "Write a Bezier piece for every knot span, exactly; only the splines are written");
+  command->add_option("--rebuild", arguments->rebuild,
+                      "DEGREE,SPANS: the best approximation of that degree on so many uniform spans (or DU,DV,SU,SV), "
+                      "after --elevate and --to-bezier; says the certified deviation; only the splines are written");
+  command->add_option("--tolerance", arguments->tolerance,
+                      "With --rebuild: write nothing if a deviation may be larger; a length, or a part of the size "
+                      "(0.0001size)");
   command->add_flag("--json", arguments->json, "Print one JSON object");
   command->footer("Example:\n  strak convert hood.step -o hood.g2 --to-bezier");
   command->callback([arguments] { convert(*arguments); });

@@ -25,7 +25,32 @@ std::vector<double> commonBreaks(const KnotVector& a, const KnotVector& b) {
   return breaks;
 }
 
-// The integrals of A_i B_j over the domain, exact: Gauss rules between all breaks of both.
+// The outermost `count` control points on `to` that give the end the derivatives 0 .. count - 1 of a line on `from`, as
+// a matrix on the outermost degree + 1 control points there; both in the order of the net.
+Eigen::MatrixXd keptEnd(const KnotVector& from, const KnotVector& to, bool high, Index count) {
+  const Index p = from.degree(), q = to.degree();
+  if (count == 0) return Eigen::MatrixXd(0, p + 1);
+  const double end = high ? to.to() : to.from();
+  const int order = static_cast<int>(count) - 1;
+  const Eigen::MatrixXd had = basisDerivatives(from, from.findSpan(end), end, order);
+  const Eigen::MatrixXd has = basisDerivatives(to, to.findSpan(end), end, order);
+  // The k-th derivative at a clamped end sees the outermost k + 1 points only: a triangular system, solved from the
+  // end.
+  Eigen::MatrixXd points = Eigen::MatrixXd::Zero(count, p + 1);
+  for (Index k = 0; k < count; ++k) {
+    const Index row = high ? count - 1 - k : k;
+    Eigen::RowVectorXd rest = had.row(k);
+    for (Index i = 0; i < k; ++i) {
+      rest -= has(k, high ? q - i : i) * points.row(high ? count - 1 - i : i);
+    }
+    points.row(row) = rest / has(k, high ? q - k : k);
+  }
+  return points;
+}
+
+}  // namespace
+
+// Gauss rules between all breaks of both.
 Sparse mixedGram(const KnotVector& a, const KnotVector& b) {
   const int p = a.degree(), q = b.degree();
   const std::vector<double> breaks = commonBreaks(a, b);
@@ -51,31 +76,6 @@ Sparse mixedGram(const KnotVector& a, const KnotVector& b) {
   gram.setFromTriplets(entries.begin(), entries.end());
   return gram;
 }
-
-// The outermost `count` control points on `to` that give the end the derivatives 0 .. count - 1 of a line on `from`, as
-// a matrix on the outermost degree + 1 control points there; both in the order of the net.
-Eigen::MatrixXd keptEnd(const KnotVector& from, const KnotVector& to, bool high, Index count) {
-  const Index p = from.degree(), q = to.degree();
-  if (count == 0) return Eigen::MatrixXd(0, p + 1);
-  const double end = high ? to.to() : to.from();
-  const int order = static_cast<int>(count) - 1;
-  const Eigen::MatrixXd had = basisDerivatives(from, from.findSpan(end), end, order);
-  const Eigen::MatrixXd has = basisDerivatives(to, to.findSpan(end), end, order);
-  // The k-th derivative at a clamped end sees the outermost k + 1 points only: a triangular system, solved from the
-  // end.
-  Eigen::MatrixXd points = Eigen::MatrixXd::Zero(count, p + 1);
-  for (Index k = 0; k < count; ++k) {
-    const Index row = high ? count - 1 - k : k;
-    Eigen::RowVectorXd rest = had.row(k);
-    for (Index i = 0; i < k; ++i) {
-      rest -= has(k, high ? q - i : i) * points.row(high ? count - 1 - i : i);
-    }
-    points.row(row) = rest / has(k, high ? q - k : k);
-  }
-  return points;
-}
-
-}  // namespace
 
 Projection::Projection(const KnotVector& from, const KnotVector& to, KeptEnds ends) {
   if (!from.isClamped() || !to.isClamped() || from.from() != to.from() || from.to() != to.to()) {

@@ -13,6 +13,10 @@
 
 namespace strak {
 
+// The integrals of A_i B_j over the common domain, A the basis on `a` (rows), B the one on `b`; exact but for rounding.
+// Degrees and knots may differ. Cost O((a + b) degree^3).
+Eigen::SparseMatrix<double> mixedGram(const KnotVector& a, const KnotVector& b);
+
 // How many derivatives are kept at the two ends, the value included: 1 keeps the point, 2 the tangent, 3 the curvature.
 struct KeptEnds {
   Index low = 0, high = 0;
