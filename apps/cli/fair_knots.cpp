@@ -8,8 +8,9 @@ namespace strak::cli {
 
 namespace {
 
-constexpr double kSmoothingShare = 0.5;  // of the tolerance
-constexpr double kFairingShare = 0.8;    // of what is left, if knots are to be removed afterwards
+constexpr double kSmoothingShare = 0.5;   // of the tolerance
+constexpr double kFairnessGrowth = 1.02;  // of the faired figures; never above those of the input
+constexpr double kFairingShare = 0.8;     // of what is left, if knots are to be removed afterwards
 
 }  // namespace
 
@@ -54,7 +55,7 @@ Spline<D> withFewerKnots(const Spline<D>& faired, const Spline<D>& original, con
   simplifying.tolerance = rules.onlySides ? rules.tolerance : 0;
   simplifying.rows = rules.rows;
   simplifying.exactStrips = rules.exact || !rules.options.simplifyBorders;
-  simplifying.fairnessGrowth = 1;
+  simplifying.fairnessGrowth = faired == original ? 1 : kFairnessGrowth;
   simplifying.progress = progress;
   // Trimmed: what comes out must be the faired one to rounding, so it is measured from there.
   Simplified<D> result = simplify(faired, rules.onlySides ? original : faired, simplifying);

@@ -147,6 +147,25 @@ TEST_F(Cad, ReplacingMovesTheFaceInPlaceAndBack) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(*undone->objects()[i].spline, asRead[i]);
 }
 
+TEST_F(Cad, FewerKnotsAndBackToTheBit) {
+  const Folder folder;
+  const Surface coarse = gentle(3, 6, 5, 11);
+  const double middle = (coarse.knots(0).from() + coarse.knots(0).to()) / 2;
+  const Surface fine = insertKnots(coarse, 0, {middle, middle});
+  modelOf({fine}, {"sheet"}, "mm")->write(folder / "fine.step");
+  const auto model = readModel(folder / "fine.step");
+  const AnySpline asRead = *model->objects()[0].spline;
+  const Audit before = model->audit();
+  model->replace(0, coarse);
+  EXPECT_TRUE(model->audit().valid);
+  EXPECT_LT(model->audit().largestGap, before.largestGap + 1e-9);
+  model->write(folder / "coarse.step");
+  EXPECT_LT(largestDifference(*readModel(folder / "coarse.step")->objects()[0].spline, AnySpline(coarse)), 1e-12);
+  model->replace(0, asRead);
+  model->write(folder / "back.step");
+  EXPECT_EQ(*readModel(folder / "back.step")->objects()[0].spline, asRead);
+}
+
 TEST_F(Cad, TheAuditSeesAMovedRim) {
   const auto model = readModel(STRAK_SOURCE_DIR "/examples/hood/hood.step");
   Surface surface = std::get<Surface>(*model->objects()[1].spline);

@@ -56,7 +56,7 @@ TEST(Model, RefusesWhatItCannotReadOrWrite) {
   EXPECT_THROW(model->write(folder / "none/a.g2"), Failure);
 }
 
-TEST(Model, ReplaceTakesFinerSplinesOnly) {
+TEST(Model, ReplaceTakesOtherKnotsOnTheSameDomainOnly) {
   std::mt19937 random(24);
   const Surface surface = randomSpline<2>(random);
   const auto model = modelOf({surface, randomSpline<2>(random, 3, true)});
@@ -65,6 +65,11 @@ TEST(Model, ReplaceTakesFinerSplinesOnly) {
   finer.net()(3, 1) += 1;
   model->replace(0, finer);
   EXPECT_EQ(*model->objects()[0].spline, AnySpline(finer));
+  const Surface bare({KnotVector::uniformClamped(surface.degree(0), 1, surface.knots(0).from(), surface.knots(0).to()),
+                      KnotVector::uniformClamped(surface.degree(1), 1, surface.knots(1).from(), surface.knots(1).to())},
+                     Net::Random((surface.degree(0) + 1) * (surface.degree(1) + 1), 3));
+  model->replace(0, bare);
+  EXPECT_EQ(*model->objects()[0].spline, AnySpline(bare));
   model->replace(0, surface);  // the original always fits
   EXPECT_EQ(*model->objects()[0].spline, AnySpline(surface));
 
