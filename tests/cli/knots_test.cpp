@@ -21,17 +21,20 @@ TEST_F(Knots, SimplifyTakesOutWhatIsNotNeeded) {
       {"fair", path("in.g2"), "-o", path("out.g2"), "--tolerance", "0.001", "--energy", "thin-plate", "--simplify"});
   const auto& object = result.at("objects").at(0);
   const Surface output = readSurface(file("out.g2"));
-  EXPECT_EQ(output.knots(), coarse.knots());
-  EXPECT_EQ(object.at("simplified").at("knotsRemoved"), 7);
+  const int removed = object.at("simplified").at("knotsRemoved").get<int>();
+  EXPECT_GE(removed, 7);
+  EXPECT_EQ(removed, input.size(0) + input.size(1) - output.size(0) - output.size(1));
   EXPECT_EQ(object.at("simplified").at("pointsBefore"), 13 * 11);
-  EXPECT_EQ(object.at("simplified").at("pointsAfter"), 72);
-  EXPECT_EQ(object.at("points"), (nlohmann::json{9, 8}));
+  EXPECT_EQ(object.at("simplified").at("pointsAfter"), output.net().rows());
+  EXPECT_EQ(object.at("points"), (nlohmann::json{output.size(0), output.size(1)}));
   EXPECT_LE(object.at("deviation").at("certified").get<double>(), 0.001);
   EXPECT_LE(certifyDeviation(input, output).upper, 0.001);
 }
 
 TEST_F(Knots, BordersMayBeSimplifiedToo) {
-  const Surface input = wavySurface(3, 24, 20, 0.005);
+  Surface input = wavySurface(3, 24, 20, 0.005);
+  for (Index i = 1; i < 24; i += 2) input.net()(input.row({i, 0}), 2) += 0.005;
+  for (Index j = 1; j < 20; j += 2) input.net()(input.row({0, j}), 2) += 0.005;
   write("in.g2", g2(input));
   const std::vector<std::string> common{"fair", path("in.g2"), "-o",         path("out.g2"), "--tolerance",
                                         "0.05", "--energy",    "thin-plate", "--hold",       "g1"};
@@ -124,8 +127,12 @@ TEST_F(Knots, CadFacesTakeFewerKnotsInPlace) {
     const auto result =
         json({"fair", input, "-o", output, "--tolerance", "0.001", "--energy", "thin-plate", "--simplify"});
     const auto& object = result.at("objects").at(0);
-    EXPECT_EQ(object.at("simplified").at("knotsRemoved"), 5) << ending;
-    EXPECT_EQ(readSurface(output).knots(), coarse.knots()) << ending;
+    const int removed = object.at("simplified").at("knotsRemoved").get<int>();
+    EXPECT_GE(removed, 5) << ending;
+    const auto written = json({"info", output}).at("objects").at(0).at("points");
+    EXPECT_EQ(written, object.at("points")) << ending;
+    EXPECT_EQ(written.at(0).get<int>() + written.at(1).get<int>(), 9 + 8 + 5 - removed) << ending;
+    EXPECT_LE(json({"compare", input, output}).at("largest_deviation").get<double>(), 0.001) << ending;
     EXPECT_TRUE(result.at("audit").at("after").at("valid").get<bool>()) << ending;
     EXPECT_LE(result.at("audit").at("after").at("largest_gap").get<double>(),
               result.at("audit").at("before").at("largest_gap").get<double>() + 1e-9)
