@@ -14,6 +14,7 @@
 #include "apps/cli/console.h"
 #include "apps/cli/fair_model.h"
 #include "apps/cli/interrupt.h"
+#include "apps/cli/joins.h"
 #include "apps/cli/values.h"
 #include "strak/base/error.h"
 #include "strak/base/file.h"
@@ -187,6 +188,7 @@ void printSummary(const FairReport& report, const FairArguments& arguments) {
                number(report.before.largestGap), number(report.after.largestGap),
                number(report.before.largestTolerance), number(report.after.largestTolerance), unit);
   }
+  fmt::print("{}", joinsText(report.joins, report.unit));
   fmt::print("wrote {}{}\n", arguments.output, arguments.report.empty() ? "" : " and " + arguments.report);
 }
 
@@ -229,6 +231,7 @@ void fair(const FairArguments& arguments) {
   report.size = model->size();
   report.tolerance = options.fairing.tolerance;
   report.toleranceKind = toleranceKindName(options.fairing.toleranceKind);
+  report.joins = joinsOf(*model, result.objects);
   report.before = std::move(result.before);
   report.after = std::move(result.after);
   report.objects = std::move(result.objects);

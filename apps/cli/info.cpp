@@ -9,6 +9,7 @@
 
 #include "apps/cli/commands.h"
 #include "apps/cli/console.h"
+#include "apps/cli/joins.h"
 #include "apps/cli/json.h"
 #include "strak/exchange/model.h"
 #include "strak/fairing/plan_face.h"
@@ -125,7 +126,21 @@ std::string fairableText(const Facts& facts) {
   return fmt::format("yes, {} points free after inserting {} knots", facts.freePoints, facts.knotsInserted);
 }
 
-void printHead(const InfoArguments& arguments, const Model& model, const Audit& audit) {
+Json joinsJson(const std::vector<EdgeJoin>& joins) {
+  Json list = Json::array();
+  for (const EdgeJoin& join : joins) {
+    list.push_back({{"edge", join.name},
+                    {"faces", {join.faceA + 1, join.faceB + 1}},
+                    {"gap", join.gap.after},
+                    {"angle", join.angle.after},
+                    {"curvature", join.curvature.after},
+                    {"kind", jointKindName(join.kindAfter)}});
+  }
+  return list;
+}
+
+void printHead(const InfoArguments& arguments, const Model& model, const Audit& audit,
+               const std::vector<EdgeJoin>& joins) {
   std::map<std::string, int> kinds;
   for (const Object& object : model.objects()) ++kinds[object.kind];
   std::string counts;
@@ -138,6 +153,7 @@ void printHead(const InfoArguments& arguments, const Model& model, const Audit& 
                audit.valid ? "valid" : fmt::format("not valid ({} faces)", audit.invalidFaces),
                number(audit.largestGap), unit, number(audit.largestTolerance), unit);
   }
+  fmt::print("{}", joinCountText(joins, model.unit()));
 }
 
 void printTable(const Model& model, const std::vector<Facts>& facts, bool fairness) {
@@ -168,10 +184,11 @@ void info(const InfoArguments& arguments) {
   const Stopwatch watch;
   const auto model = readModel(arguments.input);
   const Audit audit = model->audit();
+  const std::vector<EdgeJoin> joins = joinsOf(*model);
   std::vector<Facts> facts;
   for (const Object& object : model->objects()) facts.push_back(factsOf(object, arguments.fairness));
   if (!arguments.json) {
-    printHead(arguments, *model, audit);
+    printHead(arguments, *model, audit, joins);
     printTable(*model, facts, arguments.fairness);
     return;
   }
@@ -180,6 +197,7 @@ void info(const InfoArguments& arguments) {
   json["unit"] = model->unit();
   json["size"] = model->size();
   json["audit"] = jsonOf(audit);
+  json["joins"] = joinsJson(joins);
   json["objects"] = Json::array();
   for (std::size_t i = 0; i < facts.size(); ++i)
     json["objects"].push_back(objectJson(i + 1, model->objects()[i], facts[i]));

@@ -30,12 +30,12 @@
 namespace strak::cad {
 namespace {
 
-constexpr int kSamples = 65;             // of an edge
-constexpr double kStays = 1e-12;         // of the size: moves below are rounding
-constexpr double kAlike = 1e-9;          // of the size: how much the moves of two faces may differ
+constexpr int kSamples = 65;            // of an edge
+constexpr double kStays = 1e-12;        // of the size: moves below are rounding
+constexpr double kAlike = 1e-9;         // of the size: how much the moves of two faces may differ
 constexpr double kAlikeAtCorner = 0.1;  // of its tolerance: edges of real files end a little beside their corners
-constexpr double kStraight = 1e-9;       // of the domain: curves in the parameter plane this straight are isoparametric
-constexpr double kApproximate = 1e-10;   // of the size: error of a curve that is not
+constexpr double kStraight = 1e-9;      // of the domain: curves in the parameter plane this straight are isoparametric
+constexpr double kApproximate = 1e-10;  // of the size: error of a curve that is not
 constexpr int kMostSegments = 2000, kHighestDegree = 9;
 
 BRep_TEdge& dataOf(const TopoDS_Edge& edge) { return static_cast<BRep_TEdge&>(*edge.TShape()); }

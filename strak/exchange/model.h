@@ -66,6 +66,7 @@ struct SharedEdge {
   bool reversed = false;              // with both sides: the border rows run in opposite directions
   bool sameNormals = true;            // X_u x X_v points to the same side of the part on both faces
   bool sewn = true;                   // one edge of the file, not two that coincide
+  bool samePlace = true;              // both faces stand in one place, so that their own coordinates agree
   std::string notJoinable;            // why its faces cannot be changed together (a clause); empty if they can
 };
 

@@ -58,10 +58,10 @@ bool samePlace(const gp_Trsf& a, const gp_Trsf& b) {
 }
 
 // What is in the way of changing both faces together.
-std::string obstacle(const SharedEdge& edge, const std::vector<Object>& objects, const std::vector<gp_Trsf>& places) {
+std::string obstacle(const SharedEdge& edge, const std::vector<Object>& objects) {
   const auto a = static_cast<std::size_t>(edge.faceA), b = static_cast<std::size_t>(edge.faceB);
   if (!objects[a].sharedWith.empty() || !objects[b].sharedWith.empty()) return "a surface is used by several faces";
-  if (!samePlace(places[a], places[b])) return "the faces stand in different places of an assembly";
+  if (!edge.samePlace) return "the faces stand in different places of an assembly";
   return "";
 }
 
@@ -153,7 +153,9 @@ std::vector<SharedEdge> sharedEdgesOf(const TopoDS_Shape& shape, const std::vect
   markCrowded(unsewn);
   std::move(unsewn.begin(), unsewn.end(), std::back_inserter(result));
   for (SharedEdge& edge : result) {
-    if (edge.notJoinable.empty()) edge.notJoinable = obstacle(edge, objects, places);
+    edge.samePlace =
+        samePlace(places[static_cast<std::size_t>(edge.faceA)], places[static_cast<std::size_t>(edge.faceB)]);
+    if (edge.notJoinable.empty()) edge.notJoinable = obstacle(edge, objects);
   }
   return result;
 }

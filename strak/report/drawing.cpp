@@ -75,7 +75,7 @@ std::string renderHtml(const std::vector<Object>& objects, const std::string& ti
       fmt::format("<h1>{}</h1>\n<p class=\"sub\">{} {}</p>\n{}<h2>Drawing</h2>\n<div class=\"single\">{}</div>\n",
                   escaped(title), objects.size(), objects.size() == 1 ? "object" : "objects", viewerMarkup(),
                   htmlFigure(drawPicture(picture, options, range), caption));
-  return htmlPage(title, body, viewerData({"", objects, {}, options}, picture));
+  return htmlPage(title, body, viewerData({"", objects, {}, {}, options}, picture));
 }
 
 }  // namespace strak

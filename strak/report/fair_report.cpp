@@ -60,6 +60,15 @@ Json auditJson(const Audit& audit) {
           {"largest_tolerance", audit.largestTolerance}};
 }
 
+Json joinJson(const EdgeJoin& join) {
+  return {{"edge", join.name},
+          {"faces", {join.faceA + 1, join.faceB + 1}},
+          {"gap", beforeAfter(join.gap)},
+          {"angle", beforeAfter(join.angle)},
+          {"curvature", beforeAfter(join.curvature)},
+          {"kind", {{"before", jointKindName(join.kindBefore)}, {"after", jointKindName(join.kindAfter)}}}};
+}
+
 }  // namespace
 
 FairedObject describe(const Object& object) {
@@ -94,6 +103,8 @@ std::string fairReportJson(const FairReport& report) {
             {"objects", Json::array()}};
   for (const FairedObject& object : report.objects) json["objects"].push_back(objectJson(object));
   json["audit"] = {{"before", auditJson(report.before)}, {"after", auditJson(report.after)}};
+  json["joins"] = Json::array();
+  for (const EdgeJoin& join : report.joins) json["joins"].push_back(joinJson(join));
   json["seconds"] = report.seconds;
   // Names from files need not be UTF-8.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -9,13 +9,10 @@
 #include "strak/exchange/model.h"
 #include "strak/fairing/faired.h"
 #include "strak/metrology/fairness.h"
+#include "strak/report/before_after.h"
+#include "strak/report/edge_joins.h"
 
 namespace strak {
-
-// A figure before and after.
-struct BeforeAfter {
-  double before = 0, after = 0;
-};
 
 // One object of the file: what it was, what became of it.
 struct FairedObject {
@@ -63,7 +60,8 @@ struct FairReport {
   std::string toleranceKind;      // "points" or "surface"
   Audit before, after;            // of the whole model
   std::vector<FairedObject> objects;
-  double seconds = 0;  // of the whole run
+  std::vector<EdgeJoin> joins;  // where faces meet
+  double seconds = 0;           // of the whole run
 };
 
 // A self-contained HTML page: figures, tables, before and after as drawings (SVG) and, with WebGL, to turn, light and
@@ -71,11 +69,14 @@ struct FairReport {
 // Size: 2 to about 12 MB, whatever the number of objects (large models are sampled more coarsely).
 std::string fairReportHtml(const FairReport& report);
 
-// One JSON object: version, command, inputs, output, unit, size, tolerance, tolerance_kind, objects, audit, seconds.
+// One JSON object: version, command, inputs, output, unit, size, tolerance, tolerance_kind, objects, audit, joins,
+// seconds.
 // An object: name, kind, degree, points, left_alone or null, notes and, if it was faired, energy {name, before, after},
 // plate {before, after}, deviation {control_points, lower, certified}, held_max_move, steps, gap, stop_reason, seconds;
 // with --simplify also simplified {knotsRemoved, pointsBefore, pointsAfter}, with --smooth-knots smoothed_knots
 // {smoothed, kept, deviation}.
+// A join: edge, faces (object numbers from 1), gap, angle (degrees), curvature, angle_rms, curvature_rms, kind, each
+// {before, after}.
 // Numbers read back to the same doubles; infinities and NaN are null.
 std::string fairReportJson(const FairReport& report);
 

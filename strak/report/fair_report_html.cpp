@@ -85,6 +85,14 @@ std::string tiles(const FairReport& report) {
            ? fmt::format("tolerance {} on {}", withUnit(report.tolerance, unit), escaped(report.toleranceKind))
            : fmt::format("no tolerance set; control points {}", withUnit(moved, unit)));
   tile("Distance from the optimum", figure(gap, 2), "certified, relative, worst object");
+  if (!report.joins.empty()) {
+    const JoinSummary joins = summaryOf(report.joins);
+    const std::string inverse = unit.empty() ? "" : fmt::format("\u00A01/{}", escaped(unit));
+    tile("Largest angle at joins", figure(joins.angle.after, 3) + "\u00B0",
+         "before " + figure(joins.angle.before, 3) + "\u00B0");
+    tile("Largest curvature jump", figure(joins.curvature.after, 3) + inverse,
+         "before " + figure(joins.curvature.before, 3) + inverse);
+  }
   if (!report.before.edges.empty() || !report.after.edges.empty())
     tile("Largest gap at edges", withUnit(report.after.largestGap, unit),
          "before " + withUnit(report.before.largestGap, unit));
@@ -149,6 +157,43 @@ std::string proofTable(const FairReport& report) {
       "<th class=\"n\">free</th><th class=\"n\">at limit</th><th class=\"n\">reached</th><th class=\"n\">certified</th>"
       "<th class=\"n\">free</th><th class=\"n\">held</th></tr></thead>\n<tbody>\n{1}</tbody></table></div>\n",
       unit, rows);
+}
+
+// Counts by kind, and the edges where faces join worst, features apart.
+std::string joinsTable(const FairReport& report) {
+  if (report.joins.empty()) return {};
+  const JoinSummary summary = summaryOf(report.joins);
+  std::string counts;
+  for (const JointKind kind : {JointKind::g2, JointKind::g1, JointKind::g0, JointKind::feature}) {
+    const auto k = static_cast<std::size_t>(kind);
+    if (summary.before[k] == 0 && summary.after[k] == 0) continue;
+    counts += fmt::format("{}{}: {}{}{}", counts.empty() ? "" : " \u00B7 ", jointKindName(kind), summary.before[k],
+                          kArrow, summary.after[k]);
+  }
+  std::vector<std::pair<double, std::size_t>> worst;
+  for (std::size_t i = 0; i < report.joins.size(); ++i) {
+    const EdgeJoin& join = report.joins[i];
+    if (join.kindBefore != JointKind::feature) worst.emplace_back(-std::max(join.angle.before, join.angle.after), i);
+  }
+  std::sort(worst.begin(), worst.end());
+  if (worst.size() > kWorstEdges) worst.resize(kWorstEdges);
+  std::string rows;
+  for (const auto& [angle, i] : worst) {
+    const EdgeJoin& join = report.joins[i];
+    rows += fmt::format("<tr><td>{}</td><td>{}, {}</td>", escaped(join.name), join.faceA + 1, join.faceB + 1) +
+            beforeAfter(join.gap.before, join.gap.after) + beforeAfter(join.angle.before, join.angle.after) +
+            beforeAfter(join.curvature.before, join.curvature.after) + "</tr>\n";
+  }
+  std::string heads;
+  for (int k = 0; k < 3; ++k)
+    heads += "<th class=\"n\">before</th><th class=\"n\">after</th><th class=\"n\">change</th>";
+  return fmt::format("<h2>Joins</h2>\n<p class=\"note\">{} edges between faces. {}</p>\n", report.joins.size(),
+                     counts) +
+         (rows.empty() ? ""
+                       : "<div class=\"scroll\"><table>\n<thead><tr><th rowspan=\"2\">Edge</th><th "
+                         "rowspan=\"2\">Faces</th><th colspan=\"3\">Gap</th><th colspan=\"3\">Angle (degrees)</th><th "
+                         "colspan=\"3\">Curvature jump</th></tr>\n<tr>" +
+                             heads + "</tr></thead>\n<tbody>\n" + rows + "</tbody></table></div>\n");
 }
 
 std::string auditTable(const FairReport& report) {
@@ -300,6 +345,7 @@ std::string fairReportHtml(const FairReport& report) {
   std::vector<Object> before, after;
   ViewerModel model;
   model.unit = report.unit;
+  model.joins = report.joins;
   bool drawable = false;
   for (const FairedObject& object : report.objects) {
     before.push_back(objectOf(object, false));
@@ -320,7 +366,8 @@ std::string fairReportHtml(const FairReport& report) {
     body += viewerMarkup();
     body += drawings(report, before, after, whole, options);
   }
-  body += fairnessTable(report) + proofTable(report) + leftAloneTable(report) + auditTable(report) + origin(report);
+  body += fairnessTable(report) + proofTable(report) + joinsTable(report) + leftAloneTable(report) +
+          auditTable(report) + origin(report);
   return htmlPage(fmt::format("{} \u2013 fairing report", report.inputName), body, data);
 }
 

@@ -152,6 +152,26 @@ class Builder {
     for (const SceneCurve& curve : scene.curves) addCurve(curve);
   }
 
+  // The edges between faces: lines of both states and their figures, [before, after].
+  Json joins() const {
+    std::vector<SpacePolyline> before, after;
+    Json faces = Json::array(), gap = Json::array(), angle = Json::array(), curvature = Json::array();
+    const auto pair = [](const BeforeAfter& figure) { return Json{figure.before, figure.after}; };
+    for (const EdgeJoin& join : model_.joins) {
+      before.push_back(thinned(join.lineBefore, 5e-5 * size_));
+      after.push_back(thinned(join.lineAfter, 5e-5 * size_));
+      faces.push_back({join.faceA, join.faceB});
+      gap.push_back(pair(join.gap));
+      angle.push_back(pair(join.angle));
+      curvature.push_back(pair(join.curvature));
+    }
+    return {{"faces", faces},
+            {"gap", gap},
+            {"angle", angle},
+            {"curvature", curvature},
+            {"lines", {linesJson(before, origin_), linesJson(after, origin_)}}};
+  }
+
   Json ranges() const {
     const auto pair = [](Box box) { return Json{box.first, box.second}; };
     return {{"gaussian", pair(mapRange(gaussian_))},
@@ -252,6 +272,7 @@ std::string viewerData(const ViewerModel& model, const Picture& picture) {
   }
   json["lines"] = lineCount(model.start, picture.scene);
   for (const Colour& colour : colourAnchors()) json["colours"].push_back(colour);
+  if (!model.joins.empty()) json["joins"] = builder.joins();
   json["objects"] = std::move(builder).objects();
   // "</script" inside a name would end the element.
   std::string text = json.dump(-1, ' ', true, Json::error_handler_t::replace), safe;

@@ -75,6 +75,24 @@ const strakState = (gl, state, deviation) => {
   return out;
 };
 
+// The edges between faces in one state: vertices with the place (3) and gap, angle and curvature jump (3) of the edge,
+// and which of the indices belong to which edge.
+const strakEdges = (gl, joins, state) => {
+  const points = strakVectors(joins.lines[state].points);
+  const vertices = [], segments = [], ranges = [];
+  let first = 0;
+  joins.lines[state].counts.forEach((count, edge) => {
+    const figures = ["gap", "angle", "curvature"].map((name) => joins[name][edge][state] || 0);
+    ranges.push({ faces: joins.faces[edge], first: segments.length, count: 2 * (count - 1) });
+    for (let i = first; i < first + count; ++i) {
+      vertices.push(points[3 * i], points[3 * i + 1], points[3 * i + 2], ...figures);
+      if (i > first) segments.push(i - 1, i);
+    }
+    first += count;
+  });
+  return { ...strakLines(gl, vertices, segments), ranges };
+};
+
 // Makes the box hold a part (as it was before).
 const strakExtend = (box, part) => {
   const { from, size } = part.before.mesh ? part.before.mesh.points : part.before.borders.points;

@@ -72,6 +72,34 @@ uniform vec4 ink;
 out vec4 colour;
 void main() { colour = ink; }`;
 
+// Edges coloured by one of their three figures; drawn several times a little beside themselves, they look wide.
+const strakEdgeVertex = `#version 300 es
+in vec3 point, figures;
+uniform mat3 axes;
+uniform vec3 centre, which;
+uniform vec2 zoom, shift;
+uniform float depth, lift;
+out float value;
+void main() {
+  vec3 p = axes * (point - centre);
+  gl_Position = vec4(p.xy * zoom + shift, -p.z * depth - lift, 1.0);
+  value = dot(which, figures);
+}`;
+
+const strakEdgeColours = [[26, 152, 80], [254, 204, 92], [227, 26, 28], [84, 0, 48]];
+
+const strakEdgeFragment = `#version 300 es
+precision highp float;
+in float value;
+uniform float most;
+uniform vec3 colours[4];
+out vec4 colour;
+void main() {
+  float x = clamp(value / most, 0.0, 1.0) * 3.0;
+  int below = min(int(x), 2);
+  colour = vec4(mix(colours[below], colours[below + 1], x - float(below)), 1.0);
+}`;
+
 const strakProgram = (gl, vertex, fragment) => {
   const program = gl.createProgram();
   for (const [type, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -100,6 +128,8 @@ class StrakPainter {
     this.gl = gl;
     this.surface = strakProgram(gl, strakSurfaceVertex, strakSurfaceFragment);
     this.line = strakProgram(gl, strakLineVertex, strakLineFragment);
+    this.edge = strakProgram(gl, strakEdgeVertex, strakEdgeFragment);
+    this.edgeColours = new Float32Array(strakEdgeColours.flat().map((c) => c / 255));
     this.colours = new Float32Array(colours.flat().map((c) => c / 255));
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
@@ -119,6 +149,7 @@ class StrakPainter {
     gl.scissor(...clip);
     gl.viewport(...rectangle);
     const extent = Math.min(rectangle[2], rectangle[3]) / 2;
+    this.pixel = [2 / rectangle[2], 2 / rectangle[3]];
     this.camera = {
       axes: [0, 1, 2].flatMap((k) => [look.right[k], look.up[k], look.eye[k]]), centre: look.centre,
       zoom: [look.zoom * extent / (rectangle[2] / 2), look.zoom * extent / (rectangle[3] / 2)], depth: look.depth,
@@ -127,6 +158,28 @@ class StrakPainter {
       for (const part of object.parts) this.drawSurface(part, part.states[state], look);
     for (const object of objects)
       for (const part of object.parts) this.drawLines(part, part.states[state], look);
+  }
+
+  // `edges` of one state; all of them, or those of one face.
+  drawEdges(edges, face, look) {
+    const gl = this.gl, places = this.edge.places;
+    this.useCamera(this.edge);
+    gl.uniform3fv(places.which, ["gap", "angle", "curvature"].map((name) => (name === look.edges ? 1 : 0)));
+    gl.uniform1f(places.most, look.edgeMost);
+    gl.uniform3fv(places.colours, this.edgeColours);
+    gl.uniform1f(places.lift, 8e-4);
+    gl.bindBuffer(gl.ARRAY_BUFFER, edges.buffer);
+    for (const [k, name] of ["point", "figures"].entries()) {
+      gl.enableVertexAttribArray(places[name]);
+      gl.vertexAttribPointer(places[name], 3, gl.FLOAT, false, 24, 12 * k);
+    }
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, edges.indices);
+    const ranges = face < 0 ? [{ first: 0, count: edges.count }] : edges.ranges.filter((r) => r.faces.includes(face));
+    for (let turn = 0; turn < 9; ++turn) {
+      const radius = turn ? look.edgeWidth : 0, angle = turn * Math.PI / 4;
+      gl.uniform2f(places.shift, radius * Math.cos(angle) * this.pixel[0], radius * Math.sin(angle) * this.pixel[1]);
+      for (const { first, count } of ranges) gl.drawElements(gl.LINES, count, gl.UNSIGNED_INT, 4 * first);
+    }
   }
 
   useCamera({ program, places }) {

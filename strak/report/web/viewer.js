@@ -16,18 +16,21 @@ class StrakViewer {
     this.layout = "sides";
     const input = (id) => document.getElementById(id);
     this.inputs = Object.fromEntries(
-      ["azimuth", "elevation", "density", "range", "comb", "swipe", "combs", "isolines", "object", "layout", "reset"]
+      ["azimuth", "elevation", "density", "range", "comb", "swipe", "combs", "isolines", "object", "layout", "reset", "edges",
+       "edgeRange"]
         .map((id) => [id, input(id)]));
     this.inputs.combs.checked = scene.kind === "combs" || !this.hasSurfaces;
     this.inputs.isolines.checked = scene.kind === "isolines";
     this.inputs.density.value = scene.lines;
     this.setLight(scene.light);
+    this.edges = scene.joins ? [0, 1].map((state) => strakEdges(gl, scene.joins, state)) : null;
     this.addObjects();
     this.addListeners();
     input("viewer").hidden = false;
     input("noViewer").hidden = true;
     if (!scene.compare) for (const id of ["layoutField", "tagLeft", "tagRight"]) input(id).hidden = true;
     if (!this.hasSurfaces) for (const id of ["kinds", "isolinesField"]) input(id).hidden = true;
+    input("edgesField").hidden = !this.edges;
     document.querySelector('[data-kind="deviation"]').hidden = !scene.compare;
     this.reset();
     new ResizeObserver(() => this.later()).observe(this.canvas);
@@ -67,7 +70,7 @@ class StrakViewer {
   addListeners() {
     for (const button of document.querySelectorAll("[data-kind]"))
       button.addEventListener("click", () => { this.kind = button.dataset.kind; this.later(); });
-    for (const id of ["azimuth", "elevation", "density", "range", "comb", "swipe", "combs", "isolines"])
+    for (const id of ["azimuth", "elevation", "density", "range", "comb", "swipe", "combs", "isolines", "edges", "edgeRange"])
       this.inputs[id].addEventListener("input", () => this.later());
     this.inputs.object.addEventListener("change", () => this.select(Number(this.inputs.object.value)));
     this.inputs.layout.addEventListener("change", () => { this.layout = this.inputs.layout.value; this.fit(); });
@@ -185,6 +188,18 @@ class StrakViewer {
     requestAnimationFrame(() => { this.waiting = false; this.draw(); });
   }
 
+  // The figure that gets the darkest colour: the largest of both states, unless the slider says less.
+  edgeMost() {
+    const figures = this.edges && this.scene.joins[this.inputs.edges.value];
+    if (!figures) return 1;
+    return Math.max(...figures.flat().map((x) => x || 0), Number.MIN_VALUE) * 10 ** this.inputs.edgeRange.value;
+  }
+
+  paint(objects, state, place, clip, look) {
+    this.painter.draw(objects, state, place, clip, look);
+    if (look.edges) this.painter.drawEdges(this.edges[state], this.selected, look);
+  }
+
   look() {
     const { scene, kind } = this, ranges = scene.ranges;
     const light = ranges[kind === "zebra" ? "zebra" : "isophotes"];
@@ -193,6 +208,7 @@ class StrakViewer {
     return {
       ...this.view, kind, stroke: 0.35 * this.ratio(), compare: scene.compare, light: this.light(), depth: 0.5 / scene.size,
       steps: this.inputs.density.value / (light[1] - light[0]), range: [middle - spread, middle + spread],
+      edges: this.inputs.edges.value, edgeWidth: 1.1 * this.ratio(), edgeMost: this.edgeMost(),
       combs: this.inputs.combs.checked, isolines: this.inputs.isolines.checked,
       combScale: ranges.combs > 0 ? 0.08 * scene.size / ranges.combs * 10 ** this.inputs.comb.value : 0,
     };
@@ -205,12 +221,25 @@ class StrakViewer {
     const places = this.rectangles(), bar = Math.round(width * (swipe ? this.inputs.swipe.value : 0.5));
     this.painter.clear();
     if (swipe) {
-      this.painter.draw(objects, 0, places[0], [0, 0, bar, height], look);
-      this.painter.draw(objects, 1, places[0], [bar, 0, width - bar, height], look);
+      this.paint(objects, 0, places[0], [0, 0, bar, height], look);
+      this.paint(objects, 1, places[0], [bar, 0, width - bar, height], look);
     } else {
-      places.forEach((place, state) => this.painter.draw(objects, state, place, place, look));
+      places.forEach((place, state) => this.paint(objects, state, place, place, look));
     }
     this.update(look, swipe, bar / width);
+  }
+
+  updateEdgeLegend(look) {
+    document.getElementById("edgeLegend").hidden = !look.edges;
+    if (!look.edges) return;
+    const { unit } = this.scene;
+    const names = { gap: `Gap${unit && ` (${unit})`}`, angle: "Angle (degrees)",
+                    curvature: `Curvature jump${unit && ` (1/${unit})`}` };
+    document.getElementById("edgeName").textContent = names[look.edges];
+    document.getElementById("edgeRamp").style.background =
+      `linear-gradient(to right, ${strakEdgeColours.map((c) => `rgb(${c.join(",")})`).join(",")})`;
+    document.getElementById("edgeMiddle").textContent = (look.edgeMost / 2).toPrecision(3);
+    document.getElementById("edgeHigh").textContent = look.edgeMost.toPrecision(3);
   }
 
   // Buttons, sliders and legend follow what is shown.
@@ -219,11 +248,12 @@ class StrakViewer {
       button.setAttribute("aria-pressed", String(button.dataset.kind === this.kind));
     const lines = this.kind === "isophotes" || this.kind === "zebra";
     const map = ["gaussian", "mean", "deviation"].includes(this.kind);
-    const needed = { light: lines, density: lines, colour: map, combs: look.combs, swipe };
+    const needed = { light: lines, density: lines, colour: map, combs: look.combs, swipe, edges: look.edges };
     for (const label of document.querySelectorAll(".sliders label")) label.hidden = !needed[label.dataset.for];
     const divider = document.getElementById("divider");
     divider.hidden = !this.scene.compare;
     divider.style.left = `${100 * bar}%`;
+    this.updateEdgeLegend(look);
     document.getElementById("legend").hidden = !map;
     if (!map) return;
     const { unit, colours } = this.scene;
