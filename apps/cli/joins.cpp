@@ -32,11 +32,12 @@ std::string joinsText(const std::vector<EdgeJoin>& joins, const std::string& uni
   if (joins.empty()) return "";
   const JoinSummary summary = summaryOf(joins);
   const Index features = summary.before[static_cast<std::size_t>(JointKind::feature)];
-  return fmt::format("{} joins{}: largest angle {} -> {} degrees, curvature jump {} -> {}{}, gap {} -> {}{}\n",
-                     joins.size(), features > 0 ? fmt::format(" ({} features)", features) : "",
-                     number(summary.angle.before), number(summary.angle.after), number(summary.curvature.before),
-                     number(summary.curvature.after), inverse(unit), number(summary.gap.before),
-                     number(summary.gap.after), unit.empty() ? "" : " " + unit);
+  return fmt::format("{} join{}{}: largest angle {} -> {} degrees, curvature jump {} -> {}{}, gap {} -> {}{}\n",
+                     joins.size(), joins.size() == 1 ? "" : "s",
+                     features > 0 ? fmt::format(" ({} features)", features) : "", number(summary.angle.before),
+                     number(summary.angle.after), number(summary.curvature.before), number(summary.curvature.after),
+                     inverse(unit), number(summary.gap.before), number(summary.gap.after),
+                     unit.empty() ? "" : " " + unit);
 }
 
 std::string joinCountText(const std::vector<EdgeJoin>& joins, const std::string& unit) {
@@ -47,9 +48,10 @@ std::string joinCountText(const std::vector<EdgeJoin>& joins, const std::string&
     const Index count = summary.after[static_cast<std::size_t>(kind)];
     if (count > 0) counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count, jointKindName(kind));
   }
-  return fmt::format("{} joins: {}; apart from features angle at most {} degrees, curvature jump {}{}, gap {}{}\n",
-                     joins.size(), counts, number(summary.angle.after), number(summary.curvature.after), inverse(unit),
-                     number(summary.gap.after), unit.empty() ? "" : " " + unit);
+  return fmt::format("{} join{}: {}; apart from features angle at most {} degrees, curvature jump {}{}, gap {}{}\n",
+                     joins.size(), joins.size() == 1 ? "" : "s", counts, number(summary.angle.after),
+                     number(summary.curvature.after), inverse(unit), number(summary.gap.after),
+                     unit.empty() ? "" : " " + unit);
 }
 
 }  // namespace strak::cli
