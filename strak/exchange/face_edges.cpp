@@ -155,12 +155,12 @@ SharedEdge sharedEdge(const FaceEdge& a, const FaceEdge& b, bool oppositeWays) {
   edge.alongA = a.along;
   edge.alongB = b.along;
   edge.sameNormals = a.left != (b.left != oppositeWays);
-  if (a.side && b.side) {
+  if (a.along && b.along) {
     const auto rises = [](const std::vector<Vector2d>& line, int side) {
       const int k = 1 - side / 2;
       return line.front()[k] < line.back()[k];
     };
-    edge.reversed = rises(edge.lineA, *a.side) != rises(edge.lineB, *b.side);
+    edge.reversed = rises(edge.lineA, *a.along) != rises(edge.lineB, *b.along);
   }
   return edge;
 }

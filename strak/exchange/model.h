@@ -63,7 +63,7 @@ struct SharedEdge {
   std::vector<Eigen::Vector2d> lineA, lineB;
   std::optional<int> sideA, sideB;    // the side of the domain, if the edge is the whole of it
   std::optional<int> alongA, alongB;  // the side on which it lies, whole or in part
-  bool reversed = false;              // with both sides: the border rows run in opposite directions
+  bool reversed = false;              // along sides of both: the border rows run in opposite directions
   bool sameNormals = true;            // X_u x X_v points to the same side of the part on both faces
   bool sewn = true;                   // one edge of the file, not two that coincide
   bool samePlace = true;              // both faces stand in one place, so that their own coordinates agree

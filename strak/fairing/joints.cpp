@@ -14,6 +14,7 @@
 #include "strak/metrology/curvature.h"
 #include "strak/spline/evaluate.h"
 #include "strak/spline/knot_insertion.h"
+#include "strak/spline/reparametrize.h"
 
 namespace strak {
 namespace {
@@ -45,20 +46,44 @@ double sizeOf(const Surface& surface) {
   return (points.colwise().maxCoeff() - points.colwise().minCoeff()).stableNorm();
 }
 
-// Where knot `u` of `from` lies on `to`, mapped affinely.
-double mapped(double u, const KnotVector& from, const KnotVector& to, bool reversed) {
-  const double t = (u - from.from()) / from.length();
-  return reversed ? to.to() - t * to.length() : to.from() + t * to.length();
+// A stretch of the parameter along a border, and which way it runs.
+struct Stretch {
+  double from, to;
+};
+
+Stretch whole(const KnotVector& knots) { return {knots.from(), knots.to()}; }
+Stretch partOf(const KnotVector& knots, const std::optional<SidePart>& part) {
+  if (!part) return whole(knots);
+  // Ends that miss those of the side by rounding are on them.
+  const auto near = [&](double at) {
+    if (std::abs(at - knots.from()) <= kSameKnot * knots.length()) return knots.from();
+    return std::abs(at - knots.to()) <= kSameKnot * knots.length() ? knots.to() : at;
+  };
+  const double from = near(part->front()), to = near(part->back());
+  if (!(knots.from() <= from && from < to && to <= knots.to())) {
+    throw InvalidInput(fmt::format("[{}, {}] is no part of a side over [{}, {}]", from, to, knots.from(), knots.to()));
+  }
+  return {from, to};
 }
 
-// Knots of `other`, mapped to `own`, that own has not, each as often as it is missing. Nearly equal ones are the same.
-std::vector<double> missingFrom(const KnotVector& own, const KnotVector& other, bool reversed) {
+// Where `u` of one stretch lies on the other, mapped affinely.
+double mapped(double u, const Stretch& from, const Stretch& to, bool reversed) {
+  const double t = (u - from.from) / (from.to - from.from);
+  return reversed ? to.to - t * (to.to - to.from) : to.from + t * (to.to - to.from);
+}
+
+// Knots that `other` has inside `theirs`, mapped to `ours`, that own has not, each as often as it is missing. Nearly
+// equal ones are the same.
+std::vector<double> missingFrom(const KnotVector& own, const Stretch& ours, const KnotVector& other,
+                                const Stretch& theirs, bool reversed) {
   std::vector<double> result;
   const auto had = own.innerKnots();
+  const double slack = kSameKnot * (ours.to - ours.from), slackThere = kSameKnot * (theirs.to - theirs.from);
   for (const auto& knot : other.innerKnots()) {
-    const double at = mapped(knot.value, other, own, reversed);
-    const auto same = std::find_if(had.begin(), had.end(),
-                                   [&](const auto& k) { return std::abs(k.value - at) <= kSameKnot * own.length(); });
+    if (knot.value <= theirs.from + slackThere || knot.value >= theirs.to - slackThere) continue;
+    const double at = mapped(knot.value, theirs, ours, reversed);
+    const auto same =
+        std::find_if(had.begin(), had.end(), [&](const auto& k) { return std::abs(k.value - at) <= slack; });
     const int count = knot.multiplicity - (same == had.end() ? 0 : same->multiplicity);
     const double value = same == had.end() ? at : same->value;
     result.insert(result.end(), static_cast<std::size_t>(std::max(0, count)), value);
@@ -66,45 +91,67 @@ std::vector<double> missingFrom(const KnotVector& own, const KnotVector& other, 
   return result;
 }
 
-// Distance of the borders' control points, either in space or of the curves where the knots differ.
-double endDistance(const Surface& a, const std::vector<Index>& rowsA, const Surface& b, const std::vector<Index>& rowsB,
-                   bool reversed) {
-  const Net pointsA = a.euclideanNet(), pointsB = b.euclideanNet();
-  const auto& first = reversed ? rowsB.back() : rowsB.front();
-  const auto& last = reversed ? rowsB.front() : rowsB.back();
-  return std::max((pointsA.row(rowsA.front()) - pointsB.row(first)).norm(),
-                  (pointsA.row(rowsA.back()) - pointsB.row(last)).norm());
+// Knots of side A inside the part, and of side B, that the other has not.
+std::vector<double> missingOnB(const Surface& a, int sideA, const Surface& b, int sideB, bool reversed,
+                               const std::optional<SidePart>& part) {
+  const KnotVector &own = knotsAlong(b, sideB), &other = knotsAlong(a, sideA);
+  return missingFrom(own, whole(own), other, partOf(other, part), reversed);
+}
+std::vector<double> missingOnA(const Surface& a, int sideA, const Surface& b, int sideB, bool reversed,
+                               const std::optional<SidePart>& part) {
+  const KnotVector &own = knotsAlong(a, sideA), &other = knotsAlong(b, sideB);
+  return missingFrom(own, partOf(own, part), other, whole(other), reversed);
 }
 
-struct Distances {
-  double gap = 0;
-  bool sameWeights = true;
-};
+// The border as a curve, its control points those of the net.
+Curve borderCurve(const Surface& surface, int side) {
+  const auto rows = borderRow(surface, side);
+  Net net(static_cast<Index>(rows.size()), surface.net().cols());
+  for (std::size_t k = 0; k < rows.size(); ++k) net.row(static_cast<Index>(k)) = surface.net().row(rows[k]);
+  return Curve({knotsAlong(surface, side)}, std::move(net), surface.isRational());
+}
 
-Distances distances(const Surface& a, const std::vector<Index>& rowsA, const Surface& b,
-                    const std::vector<Index>& rowsB, bool reversed) {
-  const auto weight = [](const Surface& s, Index row) { return s.isRational() ? s.net()(row, s.net().cols() - 1) : 1; };
-  const Net pointsA = a.euclideanNet(), pointsB = b.euclideanNet();
-  Distances result;
-  for (std::size_t k = 0; k < rowsA.size(); ++k) {
-    const Index i = rowsA[k], j = reversed ? rowsB[rowsB.size() - 1 - k] : rowsB[k];
-    result.gap = std::max(result.gap, (pointsA.row(i) - pointsB.row(j)).norm());
-    const double wa = weight(a, i), wb = weight(b, j);
-    result.sameWeights = result.sameWeights && std::abs(wa - wb) <= kSameWeight * std::max(wa, wb);
+// Row k: control point k on `target`, in terms of those on `knots`, of the part that the target covers. The knots of
+// the part must be among the target's.
+Eigen::MatrixXd restriction(const KnotVector& knots, const Stretch& part, const KnotVector& target, bool backwards) {
+  // A curve whose control points are the unit vectors shows where each of them goes.
+  Curve unit({knots}, Net::Identity(knots.size(), knots.size()));
+  if (part.from > knots.from() || part.to < knots.to()) unit = subPatch(unit, 0, part.from, part.to);
+  if (backwards) unit = reversed(unit, 0);
+  unit = withDomain(unit, 0, target.from(), target.to());
+  // Nearly equal knots become equal.
+  std::vector<double> values = unit.knots(0).knots();
+  const double slack = kSameKnot * target.length();
+  for (double& value : values) {
+    const auto& others = target.knots();
+    const auto next = std::lower_bound(others.begin(), others.end(), value - slack);
+    if (next != others.end() && std::abs(*next - value) <= slack) value = *next;
   }
-  return result;
+  unit = Curve({KnotVector(knots.degree(), std::move(values))}, unit.net());
+  return refine(unit, {target}).net();
 }
 
-// The direction in which two borders run together: their ends tell, of closed ones the control points.
-bool runsBackwards(const Surface& a, int sideA, const Surface& b, int sideB) {
-  const auto rowsA = borderRow(a, sideA), rowsB = borderRow(b, sideB);
-  const double along = endDistance(a, rowsA, b, rowsB, false), against = endDistance(a, rowsA, b, rowsB, true);
-  const double size = std::max(sizeOf(a), sizeOf(b));
-  if (std::abs(along - against) > kGapLimit * size || rowsA.size() != rowsB.size()) return against < along;
-  return distances(a, rowsA, b, rowsB, true).gap < distances(a, rowsA, b, rowsB, false).gap;
+// The direction in which two borders run together: their ends tell, of closed ones the insides.
+bool runsBackwards(const Surface& a, int sideA, const Surface& b, int sideB, const std::optional<SidePart>& part) {
+  const Curve one = borderCurve(a, sideA), other = borderCurve(b, sideB);
+  const Stretch mine = partOf(one.knots(0), part), theirs = whole(other.knots(0));
+  double along = 0, against = 0;
+  for (const double t : {0.0, 0.3, 1.0}) {
+    const Point p = evaluate<1>(one, {std::lerp(mine.from, mine.to, t)});
+    along += (p - evaluate<1>(other, {std::lerp(theirs.from, theirs.to, t)})).norm();
+    against += (p - evaluate<1>(other, {std::lerp(theirs.to, theirs.from, t)})).norm();
+  }
+  return against < along;
 }
 
-ParameterCurve edgeOf(const Surface& surface, int side) { return domainEdge(surface, side / 2, side % 2 == 1); }
+ParameterCurve edgeOf(const Surface& surface, int side, const std::optional<SidePart>& part = {}) {
+  if (!part) return domainEdge(surface, side / 2, side % 2 == 1);
+  const ParameterCurve all = domainEdge(surface, side / 2, side % 2 == 1);
+  const KnotVector& knots = knotsAlong(surface, side);
+  const double from = (part->front() - knots.from()) / knots.length();
+  const double to = (part->back() - knots.from()) / knots.length();
+  return [all, from, to](double t) { return all(std::lerp(from, to, t)); };
+}
 
 // Whether the surface lies to the left of its side, taken with the rising parameter.
 bool leftOf(int side) { return side == 1 || side == 2; }
@@ -131,7 +178,8 @@ const KnotVector& knotsAlong(const Surface& surface, int side) {
   return surface.knots(1 - side / 2);
 }
 
-BorderFit fitBorders(const Surface& a, int sideA, const Surface& b, int sideB, double gapLimit) {
+BorderFit fitBorders(const Surface& a, int sideA, const Surface& b, int sideB, double gapLimit,
+                     const std::optional<SidePart>& part) {
   const KnotVector& knotsA = knotsAlong(a, sideA);
   const KnotVector& knotsB = knotsAlong(b, sideB);
   BorderFit fit;
@@ -139,37 +187,56 @@ BorderFit fitBorders(const Surface& a, int sideA, const Surface& b, int sideB, d
     fit.obstacle = "the surfaces have points of different dimensions";
     return fit;
   }
-  fit.reversed = runsBackwards(a, sideA, b, sideB);
-  const auto clampedAcross = [](const Surface& s, int side) { return s.knots(side / 2).isClamped(); };
-  if (!clampedAcross(a, sideA) || !clampedAcross(b, sideB)) {
-    fit.obstacle = "the knots across the border are not clamped";
+  fit.reversed = runsBackwards(a, sideA, b, sideB, part);
+  if (!a.knots(sideA / 2).isClamped() || !b.knots(sideB / 2).isClamped() || !knotsA.isClamped() ||
+      !knotsB.isClamped()) {
+    fit.obstacle = "the knots at the border are not clamped";
     return fit;
   }
   if (knotsA.degree() != knotsB.degree()) {
     fit.obstacle = fmt::format("the degrees along the border differ ({} and {})", knotsA.degree(), knotsB.degree());
     return fit;
   }
-  if (!missingFrom(knotsA, knotsB, fit.reversed).empty() || !missingFrom(knotsB, knotsA, fit.reversed).empty()) {
+  const bool missing = !missingOnB(a, sideA, b, sideB, fit.reversed, part).empty() ||
+                       (!part && !missingOnA(a, sideA, b, sideB, fit.reversed, part).empty());
+  if (missing) {
     fit.differentKnots = true;
     fit.obstacle = "the knots along the border differ";
     return fit;
   }
-  const auto rowsA = borderRow(a, sideA), rowsB = borderRow(b, sideB);
-  if (rowsA.size() != rowsB.size()) {
-    fit.obstacle = "the numbers of control points along the border differ";
-    return fit;
+  const auto n = knotsA.size();
+  if (part) {
+    fit.fromA = restriction(knotsA, partOf(knotsA, part), knotsB, fit.reversed);
+  } else {
+    fit.fromA = Eigen::MatrixXd::Zero(n, n);
+    for (Index k = 0; k < n; ++k) {
+      fit.partner.push_back(fit.reversed ? n - 1 - k : k);
+      fit.fromA(fit.partner.back(), k) = 1;
+    }
   }
-  const Distances found = distances(a, rowsA, b, rowsB, fit.reversed);
-  fit.gap = found.gap;
-  if (!found.sameWeights) {
+  const Net mine = borderCurve(a, sideA).net(), theirs = borderCurve(b, sideB).net();
+  const Index dimension = a.pointDimension();
+  const auto weights = [&](const Surface& s, const Net& net) -> Eigen::VectorXd {
+    return s.isRational() ? Eigen::VectorXd(net.col(dimension)) : Eigen::VectorXd::Ones(net.rows());
+  };
+  Net homogeneous(n, dimension + 1);
+  homogeneous << mine.leftCols(dimension), weights(a, mine);
+  const Net expected = fit.fromA * homogeneous;
+  const Eigen::VectorXd had = weights(b, theirs);
+  const Net apart = (expected.leftCols(dimension).array().colwise() / expected.col(dimension).array() -
+                     theirs.leftCols(dimension).array().colwise() / had.array())
+                        .matrix();
+  fit.gap = apart.rowwise().norm().maxCoeff();
+  if ((expected.col(dimension) - had).cwiseAbs().maxCoeff() > kSameWeight * had.maxCoeff()) {
     fit.obstacle = "the weights along the border differ";
   } else if (fit.gap > gapLimit) {
     fit.obstacle = fmt::format("the control points along the border are up to {:.3g} apart", fit.gap);
   } else {
     fit.compatible = true;
-    const auto n = static_cast<Index>(rowsA.size());
-    for (Index k = 0; k < n; ++k) fit.partner.push_back(fit.reversed ? n - 1 - k : k);
+    return fit;
   }
+  fit.partner.clear();
+  fit.fromA.resize(0, 0);
   return fit;
 }
 
@@ -177,11 +244,9 @@ std::vector<Surface> makeCompatible(const std::vector<Surface>& surfaces, const 
                                     Index maxPoints) {
   std::vector<Surface> result = surfaces;
   for (const SidePair& pair : pairs) requirePair(pair, surfaces.size());
-  const auto complete = [&](Index to, int side, Index from, int otherSide, bool reversed) {
-    Surface& surface = result[static_cast<std::size_t>(to)];
-    const auto missing =
-        missingFrom(knotsAlong(surface, side), knotsAlong(result[static_cast<std::size_t>(from)], otherSide), reversed);
+  const auto add = [&](Index to, int side, const std::vector<double>& missing) {
     if (missing.empty()) return false;
+    Surface& surface = result[static_cast<std::size_t>(to)];
     const int direction = 1 - side / 2;
     const Index points = (surface.size(direction) + static_cast<Index>(missing.size())) * surface.size(1 - direction);
     if (points > maxPoints) {
@@ -193,21 +258,20 @@ std::vector<Surface> makeCompatible(const std::vector<Surface>& surfaces, const 
     surface = insertKnots(surface, direction, missing);
     return true;
   };
-  // Every pass hands knots one face further; what is inserted is always a knot of the input, so it ends.
+  const auto at = [&](Index i) -> const Surface& { return result[static_cast<std::size_t>(i)]; };
   std::vector<bool> backwards;
   for (const SidePair& pair : pairs) {
-    backwards.push_back(runsBackwards(result[static_cast<std::size_t>(pair.a)], pair.sideA,
-                                      result[static_cast<std::size_t>(pair.b)], pair.sideB));
+    backwards.push_back(runsBackwards(at(pair.a), pair.sideA, at(pair.b), pair.sideB, pair.part));
   }
+  // Every pass hands knots one face further. Round a closed ring of uneven T-junctions it might go on for ever; the
+  // limit on the points ends that.
   for (bool changed = true; changed;) {
     changed = false;
     for (std::size_t p = 0; p < pairs.size(); ++p) {
-      const SidePair& pair = pairs[p];
-      const auto& a = result[static_cast<std::size_t>(pair.a)];
-      const auto& b = result[static_cast<std::size_t>(pair.b)];
-      if (knotsAlong(a, pair.sideA).degree() != knotsAlong(b, pair.sideB).degree()) continue;
-      changed = complete(pair.a, pair.sideA, pair.b, pair.sideB, backwards[p]) || changed;
-      changed = complete(pair.b, pair.sideB, pair.a, pair.sideA, backwards[p]) || changed;
+      const auto& [a, b, sideA, sideB, part] = pairs[p];
+      if (knotsAlong(at(a), sideA).degree() != knotsAlong(at(b), sideB).degree()) continue;
+      changed = add(a, sideA, missingOnA(at(a), sideA, at(b), sideB, backwards[p], part)) || changed;
+      changed = add(b, sideB, missingOnB(at(a), sideA, at(b), sideB, backwards[p], part)) || changed;
     }
   }
   return result;
@@ -243,12 +307,13 @@ std::vector<Joint> measureJoints(const std::vector<Surface>& surfaces, const std
     joint.b = pair.b;
     joint.sideA = pair.sideA;
     joint.sideB = pair.sideB;
+    joint.part = pair.part;
     const double limit = options.gapLimit > 0 ? options.gapLimit : kGapLimit * std::max(sizeOf(a), sizeOf(b));
-    joint.fit = fitBorders(a, pair.sideA, b, pair.sideB, limit);
+    joint.fit = fitBorders(a, pair.sideA, b, pair.sideB, limit, pair.part);
     // Along one direction of travel one surface lies to the left and the other to the right.
     joint.sameNormals = leftOf(pair.sideA) != (leftOf(pair.sideB) != joint.fit.reversed);
     const Continuity measured =
-        edgeContinuity(a, edgeOf(a, pair.sideA), b, edgeOf(b, pair.sideB),
+        edgeContinuity(a, edgeOf(a, pair.sideA, pair.part), b, edgeOf(b, pair.sideB),
                        {options.samples, joint.sameNormals ? NormalSides::same : NormalSides::opposite});
     joint.gapMax = measured.gap.max;
     joint.angleMax = measured.angle.max * kDegrees;

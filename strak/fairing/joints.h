@@ -16,10 +16,14 @@
 
 namespace strak {
 
-// Side `sideA` of surface a meets side `sideB` of surface b. a = b for a closed surface.
+// A part of a side: from and to, rising, in the parameter along it.
+using SidePart = std::array<double, 2>;
+
+// Side `sideA` of surface a, or a part of it, meets the whole side `sideB` of surface b. a = b for a closed surface.
 struct SidePair {
   Index a = 0, b = 0;
   int sideA = 0, sideB = 0;
+  std::optional<SidePart> part = {};  // of side A, where several surfaces meet it (a T-junction)
 };
 
 // Rows of the net of the control points in row `depth` behind a side, with the rising parameter along it. Throws
@@ -33,15 +37,20 @@ const KnotVector& knotsAlong(const Surface& surface, int side);
 struct BorderFit {
   bool compatible = false;      // same degree, weights and knots (mapped affinely), control points within the limit
   bool reversed = false;        // they run in opposite directions
-  bool differentKnots = false;  // only knots are in the way: makeCompatible can help
+  bool differentKnots = false;  // knots are in the way: makeCompatible can help
   double gap = 0;               // largest distance of two partners; no meaning with different knots or degrees
   std::string obstacle;         // why they are not compatible (a clause); empty if they are
-  std::vector<Index> partner;   // compatible: control point k of side A belongs to partner[k] of side B
+  // Compatible: control point k of side B is the combination of side A's with row k, up to the gap. For whole sides a
+  // permutation; moves of both borders fit if they obey it.
+  Eigen::MatrixXd fromA;
+  std::vector<Index> partner;  // whole sides: control point k of side A belongs to partner[k] of side B
 };
 
-// Compares the borders. Knots within 1e-9 of the domain are the same; partners may lie `gapLimit` apart. Throws
-// InvalidInput for a side that is none.
-BorderFit fitBorders(const Surface& a, int sideA, const Surface& b, int sideB, double gapLimit);
+// Compares the borders. Knots within 1e-9 of the domain are the same; partners may lie `gapLimit` apart. With a part of
+// side A, side B must have A's knots there and may have more. Throws InvalidInput for a side that is none and for a
+// part outside it.
+BorderFit fitBorders(const Surface& a, int sideA, const Surface& b, int sideB, double gapLimit,
+                     const std::optional<SidePart>& part = {});
 
 // Knots that give all pairs the same knots along their common sides: missing ones are inserted, exactly, on both sides
 // and passed on to the sides opposite, until nothing is missing. Surfaces keep their shape, domain and own knots. Pairs
@@ -67,6 +76,7 @@ struct JointOptions {
 struct Joint {
   Index a = 0, b = 0;
   int sideA = 0, sideB = 0;
+  std::optional<SidePart> part;  // as in SidePair
   BorderFit fit;
   bool sameNormals = true;      // X_u x X_v points to the same side on both surfaces
   double gapMax = 0;            // of the curves, model units

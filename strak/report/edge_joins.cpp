@@ -68,6 +68,25 @@ std::vector<EdgeJoin> measureJoins(const std::vector<SharedEdge>& edges, const s
   return joins;
 }
 
+std::vector<SidePair> joinableSides(const std::vector<SharedEdge>& edges) {
+  std::vector<SidePair> pairs;
+  for (const SharedEdge& edge : edges) {
+    if (!edge.notJoinable.empty()) continue;
+    const auto part = [](const std::vector<Eigen::Vector2d>& line, int side) -> SidePart {
+      const int k = 1 - side / 2;
+      return {std::min(line.front()[k], line.back()[k]), std::max(line.front()[k], line.back()[k])};
+    };
+    if (edge.sideA && edge.sideB) {
+      pairs.push_back({edge.faceA, edge.faceB, *edge.sideA, *edge.sideB, {}});
+    } else if (edge.alongA && edge.sideB) {
+      pairs.push_back({edge.faceA, edge.faceB, *edge.alongA, *edge.sideB, part(edge.lineA, *edge.alongA)});
+    } else if (edge.sideA && edge.alongB) {
+      pairs.push_back({edge.faceB, edge.faceA, *edge.alongB, *edge.sideA, part(edge.lineB, *edge.alongB)});
+    }
+  }
+  return pairs;
+}
+
 std::vector<const Surface*> surfacesOf(const std::vector<Object>& objects) {
   std::vector<const Surface*> surfaces;
   for (const Object& object : objects) {

@@ -30,6 +30,10 @@ struct EdgeJoin {
 std::vector<EdgeJoin> measureJoins(const std::vector<SharedEdge>& edges, const std::vector<const Surface*>& before,
                                    const std::vector<const Surface*>& after, const JointOptions& options = {});
 
+// The edges whose faces can be changed together and that are the whole side of at least one of them, as pairs of object
+// numbers; `part` is set where they are only a part of the other's side.
+std::vector<SidePair> joinableSides(const std::vector<SharedEdge>& edges);
+
 // The surfaces of all objects for measureJoins, null for the others.
 std::vector<const Surface*> surfacesOf(const std::vector<Object>& objects);
 

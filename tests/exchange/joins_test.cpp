@@ -483,6 +483,50 @@ INSTANTIATE_TEST_SUITE_P(Data, WholeParts,
                            return name;
                          });
 
+// Three patches that meet one side of a fourth follow it.
+TEST(WholePartsWithTJunctions, NeighboursFollowThePartOfTheSide) {
+  enableCad();
+  const auto path = dataFile("cad/car_hood_capot.step");
+  if (path.empty()) GTEST_SKIP() << "a real file is not here: set STRAK_DATA";
+  const Folder folder;
+  const auto model = readModel(path);
+  const Audit before = model->audit();
+  const auto asRead = skeleton(*model, folder);
+  const Index wide = 1;
+  const auto surfaceOf = [&](Index i) {
+    return std::get<Surface>(*model->objects()[static_cast<std::size_t>(i)].spline);
+  };
+  Surface lifted = surfaceOf(wide);
+  const auto row = borderRow(lifted, 1);
+  for (const std::size_t k : {2U, 3U}) lifted.net()(row[k], 2) += 1e-4 * model->size();
+  Together moves{{{wide, surfaceOf(wide)}}, {{wide, lifted}}};
+  for (const SharedEdge& edge : model->sharedEdges()) {
+    if (edge.faceA != wide || edge.alongA != 1 || !edge.sideB) continue;
+    EXPECT_FALSE(edge.sideA);
+    const double start = edge.lineA.front()[1], end = edge.lineA.back()[1];
+    const Surface old = surfaceOf(edge.faceB);
+    const BorderFit fit = fitBorders(surfaceOf(wide), 1, old, *edge.sideB, 1e-5 * model->size(),
+                                     SidePart{std::min(start, end), std::max(start, end)});
+    ASSERT_TRUE(fit.compatible) << edge.name << ": " << fit.obstacle;
+    EXPECT_EQ(fit.reversed, edge.reversed);
+    Eigen::VectorXd lift = Eigen::VectorXd::Zero(static_cast<Index>(row.size()));
+    lift[2] = lift[3] = 1e-4 * model->size();
+    const Eigen::VectorXd follow = fit.fromA * lift;
+    Surface next = old;
+    const auto rowB = borderRow(next, *edge.sideB);
+    for (std::size_t k = 0; k < rowB.size(); ++k) next.net()(rowB[k], 2) += follow[static_cast<Index>(k)];
+    moves.before.emplace_back(edge.faceB, old);
+    moves.after.emplace_back(edge.faceB, next);
+  }
+  ASSERT_EQ(moves.after.size(), 4U);
+  EXPECT_FALSE(refusal([&] { model->replaceTogether({moves.after.front()}); }).empty());
+  model->replaceTogether(moves.after);
+  expectNoWorse(before, model->audit(), 1e-9 * model->size());
+  EXPECT_NE(skeleton(*model, folder), asRead);
+  model->replaceTogether(moves.before);
+  EXPECT_EQ(skeleton(*model, folder), asRead);
+}
+
 TEST(WholePartsWithGaps, AreJoinedWithinTheLengthAskedFor) {
   enableCad();
   const auto path = dataFile("cad/joinsurf_01.stp");

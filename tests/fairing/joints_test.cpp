@@ -109,6 +109,48 @@ TEST(MakeCompatible, HandsKnotsOnThroughAllFaces) {
   EXPECT_THROW(makeCompatible(row, {{0, 3, 1, 0}}), InvalidInput);
 }
 
+TEST(FitBorders, TellsHowAPartOfASideIsFollowed) {
+  const auto f = [](double x, double y) { return std::sin(3 * x + 2 * y); };
+  const Surface a = graph(0, 1, 2, 3, f), b = graph(1, 2, 2, 3, f);
+  for (const bool turned : {false, true}) {
+    const Surface low = subPatch(b, 1, 0, 0.37);
+    Surface high = withDomain(subPatch(b, 1, 0.37, 1), 1, 3, 7);
+    if (turned) high = reversed(high, 1);
+    EXPECT_FALSE(fitBorders(a, 1, high, 0, 1e-6).compatible);
+    const SidePart part{0.37, 1};
+    const BorderFit fit = fitBorders(a, 1, high, 0, 1e-12, part);
+    ASSERT_TRUE(fit.compatible) << fit.obstacle;
+    EXPECT_EQ(fit.reversed, turned);
+    EXPECT_TRUE(fit.partner.empty());
+    EXPECT_EQ(fit.fromA.rows(), high.size(1));
+    EXPECT_EQ(fit.fromA.cols(), a.size(1));
+    EXPECT_LT((fit.fromA.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-14);
+    // A border that moves takes its neighbours along.
+    Surface moved = a, follower = high;
+    const auto rowsA = borderRow(a, 1), rowsB = borderRow(high, 0);
+    Net row(a.size(1), 3);
+    for (std::size_t k = 0; k < rowsA.size(); ++k) {
+      moved.net()(rowsA[k], 2) += 0.1 * static_cast<double>(k % 3);
+      row.row(static_cast<Index>(k)) = moved.net().row(rowsA[k]);
+    }
+    const Net next = fit.fromA * row;
+    for (std::size_t k = 0; k < rowsB.size(); ++k) follower.net().row(rowsB[k]) = next.row(static_cast<Index>(k));
+    const auto joints = measureJoints({moved, low, follower}, {{0, 1, 1, 0, SidePart{0, 0.37}}, {0, 2, 1, 0, part}});
+    EXPECT_GT(joints[0].gapMax, 0.01);
+    EXPECT_LT(joints[1].gapMax, 1e-12);
+    EXPECT_TRUE(joints[1].fit.compatible);
+  }
+  // Knots that one side lacks are handed over, in the part only.
+  const std::vector<Surface> coarse{insertKnots(a, 1, {0.2, 0.6}), subPatch(b, 1, 0.37, 1)};
+  const std::vector<SidePair> pairs{{0, 1, 1, 0, SidePart{0.37, 1}}};
+  EXPECT_TRUE(measureJoints(coarse, pairs)[0].fit.differentKnots);
+  const auto finer = makeCompatible(coarse, pairs);
+  EXPECT_EQ(finer[0].knots(1), coarse[0].knots(1));
+  EXPECT_EQ(finer[1].size(1), coarse[1].size(1) + 1);
+  EXPECT_TRUE(measureJoints(finer, pairs)[0].fit.compatible);
+  EXPECT_THROW(fitBorders(a, 1, b, 0, 1, SidePart{0.5, 1.5}), InvalidInput);
+}
+
 TEST(MeasureJoints, TellsFeaturesFromKinksAndSmoothOnes) {
   const double bend = 0.8;
   Surface round = graph(1, 2, 1, 3, [](double, double) { return 0.0; });
