@@ -32,12 +32,14 @@ std::string joinsText(const std::vector<EdgeJoin>& joins, const std::string& uni
   if (joins.empty()) return "";
   const JoinSummary summary = summaryOf(joins);
   const Index features = summary.before[static_cast<std::size_t>(JointKind::feature)];
-  return fmt::format("{} join{}{}: largest angle {} -> {} degrees, curvature jump {} -> {}{}, gap {} -> {}{}\n",
-                     joins.size(), joins.size() == 1 ? "" : "s",
-                     features > 0 ? fmt::format(" ({} features)", features) : "", number(summary.angle.before),
-                     number(summary.angle.after), number(summary.curvature.before), number(summary.curvature.after),
-                     inverse(unit), number(summary.gap.before), number(summary.gap.after),
-                     unit.empty() ? "" : " " + unit);
+  return fmt::format(
+      "{} join{}{}: largest angle {} -> {} degrees (mean {} -> {}), curvature jump {} -> {}{} (mean {} -> {}), gap {} "
+      "-> {}{}\n",
+      joins.size(), joins.size() == 1 ? "" : "s", features > 0 ? fmt::format(" ({} features)", features) : "",
+      number(summary.angle.before), number(summary.angle.after), number(summary.angleMean.before),
+      number(summary.angleMean.after), number(summary.curvature.before), number(summary.curvature.after), inverse(unit),
+      number(summary.curvatureMean.before), number(summary.curvatureMean.after), number(summary.gap.before),
+      number(summary.gap.after), unit.empty() ? "" : " " + unit);
 }
 
 std::string joinCountText(const std::vector<EdgeJoin>& joins, const std::string& unit) {

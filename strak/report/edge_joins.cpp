@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -50,6 +51,9 @@ std::vector<EdgeJoin> measureJoins(const std::vector<SharedEdge>& edges, const s
       join.gap.*state = found.gap.max;
       join.angle.*state = found.angle.max * 180 / std::numbers::pi;
       join.curvature.*state = found.curvature.max;
+      join.angleMean.*state = found.angle.rms * 180 / std::numbers::pi;
+      join.curvatureMean.*state = found.curvature.rms;
+      if (state == &BeforeAfter::before) join.length = found.length;
       kind = jointKind(join.angle.*state, join.curvature.*state, found.largestCurvature, found.length, options);
     };
     measure(*before[a], *before[b], &BeforeAfter::before, join.kindBefore);
@@ -58,6 +62,8 @@ std::vector<EdgeJoin> measureJoins(const std::vector<SharedEdge>& edges, const s
       join.gap.after = join.gap.before;
       join.angle.after = join.angle.before;
       join.curvature.after = join.curvature.before;
+      join.angleMean.after = join.angleMean.before;
+      join.curvatureMean.after = join.curvatureMean.before;
       join.kindAfter = join.kindBefore;
       join.lineAfter = join.lineBefore;
       return;
@@ -101,6 +107,11 @@ JoinSummary summaryOf(const std::vector<EdgeJoin>& joins) {
     largest.before = std::max(largest.before, figure.before);
     largest.after = std::max(largest.after, figure.after);
   };
+  double length = 0;
+  const auto add = [](BeforeAfter& sum, const BeforeAfter& mean, double weight) {
+    sum.before += weight * mean.before * mean.before;
+    sum.after += weight * mean.after * mean.after;
+  };
   for (const EdgeJoin& join : joins) {
     ++summary.before[static_cast<std::size_t>(join.kindBefore)];
     ++summary.after[static_cast<std::size_t>(join.kindAfter)];
@@ -108,6 +119,12 @@ JoinSummary summaryOf(const std::vector<EdgeJoin>& joins) {
     if (join.kindBefore == JointKind::feature) continue;
     raise(summary.angle, join.angle);
     raise(summary.curvature, join.curvature);
+    add(summary.angleMean, join.angleMean, join.length);
+    add(summary.curvatureMean, join.curvatureMean, join.length);
+    length += join.length;
+  }
+  for (BeforeAfter* mean : {&summary.angleMean, &summary.curvatureMean}) {
+    *mean = {length > 0 ? std::sqrt(mean->before / length) : 0, length > 0 ? std::sqrt(mean->after / length) : 0};
   }
   return summary;
 }

@@ -13,13 +13,15 @@
 
 namespace strak {
 
-// The largest figures along one edge.
+// The figures of one edge: the largest along it, and root mean squares over its length.
 struct EdgeJoin {
   std::string name;            // as in SharedEdge
   Index faceA = 0, faceB = 0;  // numbers of the objects; the same for a seam
   BeforeAfter gap;             // of the faces, model units
   BeforeAfter angle;           // between the tangent planes, degrees
   BeforeAfter curvature;       // jump of the normal curvature across the edge, 1 / length
+  BeforeAfter angleMean, curvatureMean;
+  double length = 0;  // before
   JointKind kindBefore = JointKind::g0, kindAfter = JointKind::g0;
   std::vector<Eigen::Vector3d> lineBefore, lineAfter;  // the edge on face A
 };
@@ -41,6 +43,7 @@ struct JoinSummary {
   std::array<Index, 4> before{}, after{};  // how many of each JointKind
   BeforeAfter gap;                         // the largest of all
   BeforeAfter angle, curvature;            // the largest where the edge was no feature before
+  BeforeAfter angleMean, curvatureMean;    // root mean squares over the length of all those
 };
 
 JoinSummary summaryOf(const std::vector<EdgeJoin>& joins);

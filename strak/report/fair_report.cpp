@@ -66,6 +66,8 @@ Json joinJson(const EdgeJoin& join) {
           {"gap", beforeAfter(join.gap)},
           {"angle", beforeAfter(join.angle)},
           {"curvature", beforeAfter(join.curvature)},
+          {"angle_rms", beforeAfter(join.angleMean)},
+          {"curvature_rms", beforeAfter(join.curvatureMean)},
           {"kind", {{"before", jointKindName(join.kindBefore)}, {"after", jointKindName(join.kindAfter)}}}};
 }
 

@@ -89,9 +89,11 @@ std::string tiles(const FairReport& report) {
     const JoinSummary joins = summaryOf(report.joins);
     const std::string inverse = unit.empty() ? "" : fmt::format("\u00A01/{}", escaped(unit));
     tile("Largest angle at joins", figure(joins.angle.after, 3) + "\u00B0",
-         "before " + figure(joins.angle.before, 3) + "\u00B0");
+         fmt::format("before {}\u00B0; mean {}\u00B0{}{}\u00B0", figure(joins.angle.before, 3),
+                     figure(joins.angleMean.before, 3), kArrow, figure(joins.angleMean.after, 3)));
     tile("Largest curvature jump", figure(joins.curvature.after, 3) + inverse,
-         "before " + figure(joins.curvature.before, 3) + inverse);
+         fmt::format("before {}; mean {}{}{}", figure(joins.curvature.before, 3), figure(joins.curvatureMean.before, 3),
+                     kArrow, figure(joins.curvatureMean.after, 3)));
   }
   if (!report.before.edges.empty() || !report.after.edges.empty())
     tile("Largest gap at edges", withUnit(report.after.largestGap, unit),

@@ -49,6 +49,9 @@ TEST(EdgeJoins, MeasureBeforeAndAfter) {
   const JoinSummary summary = summaryOf(report.joins);
   EXPECT_EQ(summary.before, (std::array<Index, 4>{0, 1, 0, 0}));
   EXPECT_EQ(summary.angle.after, join.angle.after);
+  EXPECT_NEAR(join.length, 1, 1e-12);
+  EXPECT_NEAR(summary.angleMean.before, 0.02 * 180 / M_PI, 1e-9);  // the same all along
+  EXPECT_NEAR(summary.angleMean.after, 0.005 * 180 / M_PI, 1e-9);
 }
 
 TEST(EdgeJoins, FeaturesDoNotCountAsKinks) {
