@@ -81,7 +81,7 @@ TEST(SharedEdges, PlainModelsTakeSeveralSplinesOrNone) {
   const auto model = modelOf(any(patches));
   Surface moved = patches[1];
   moved.net()(5, 2) += 1;
-  const Surface wrong = graph(0, 1, 0, 1, 1, 1, hill);
+  const Surface wrong = withDomain(patches[2], 0, 0, 2);
   EXPECT_NE(refusal([&] { model->replaceTogether({{1, moved}, {2, wrong}}); }).find("surface 3"), std::string::npos);
   EXPECT_EQ(*model->objects()[1].spline, AnySpline(patches[1]));
   model->replaceTogether({{1, moved}, {2, patches[2]}});
