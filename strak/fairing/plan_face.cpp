@@ -9,6 +9,7 @@
 
 #include "strak/base/error.h"
 #include "strak/spline/knot_insertion.h"
+#include "strak/spline/periodic.h"
 
 namespace strak {
 namespace {
@@ -21,6 +22,10 @@ constexpr Index kPoleRows = 3;           // rows that keep tangent plane and cur
 // Borders of one direction: how many rows are held at its two ends and at its creases.
 struct Borders {
   Index low = 0, high = 0, crease = 0;
+  int seam = -1;  // derivatives that agree at an open seam
+
+  // After how many rows the points of an open seam repeat; 0 if they do not.
+  Index period(Index rows) const { return seam < 0 ? 0 : rows - 1 - seam; }
 };
 
 // Rows first..last (inclusive, perhaps empty) that are held together.
@@ -45,17 +50,26 @@ std::vector<Range> heldRanges(const KnotVector& knots, const Borders& borders, i
     const Index s = knots.findSpan(knot.value);
     const Index near = s - p;
     const Index far = s - knot.multiplicity;
-    ranges.push_back({std::max<Index>(0, std::min(near, far) - borders.crease + 1),
-                      std::min(n - 1, std::max(near, far) + borders.crease - 1)});
+    const Range range{std::min(near, far) - borders.crease + 1, std::max(near, far) + borders.crease - 1};
+    ranges.push_back(borders.seam >= 0 ? range : Range{std::max<Index>(0, range.first), std::min(n - 1, range.last)});
   }
   ranges.push_back({std::max<Index>(0, n - highRows), n - 1});
   return ranges;
 }
 
-std::vector<std::uint8_t> heldRows(const KnotVector& knots, const std::vector<Range>& ranges) {
-  std::vector<std::uint8_t> held(static_cast<std::size_t>(knots.size()), 0);
-  for (const Range& range : ranges) {
-    for (Index i = range.first; i <= range.last; ++i) held[static_cast<std::size_t>(i)] = 1;
+// Across an open seam ranges go on at the other end.
+std::vector<std::uint8_t> heldRows(const KnotVector& knots, const Borders& borders, int energyOrder) {
+  const Index n = knots.size();
+  const Index period = borders.period(n);
+  std::vector<std::uint8_t> held(static_cast<std::size_t>(n), 0);
+  for (const Range& range : heldRanges(knots, borders, energyOrder)) {
+    for (Index i = range.first; i <= range.last; ++i) {
+      const Index row = period > 0 ? (i % period + period) % period : i;
+      held[static_cast<std::size_t>(row)] = 1;
+    }
+  }
+  for (Index i = period; period > 0 && i < n; ++i) {
+    held[static_cast<std::size_t>(i)] = held[static_cast<std::size_t>(i - period)];
   }
   return held;
 }
@@ -147,7 +161,8 @@ template <int D>
 bool isClosed(const Spline<D>& spline, int k, double size) {
   const KnotVector& knots = spline.knots(k);
   const Index n = knots.size();
-  const Index overlap = knots.isClamped() ? 1 : knots.degree();
+  const Index overlap =
+      knots.isClamped() ? 1 : knots.degree() + 1 - std::min(knots.degree(), knots.multiplicity(knots.from()));
   if (n < 2 * overlap) return false;
   for (Index i = 0; i < overlap; ++i) {
     const Net apart = slice(spline, k, i) - slice(spline, k, n - overlap + i);
@@ -196,7 +211,14 @@ std::array<Borders, D> findBorders(const Spline<D>& spline, const FairingPlanOpt
           creases, creases == 1 ? "" : "s", name, creases == 1 ? "is" : "are", wished, wished == 1 ? "" : "s"));
     }
     const bool joined = options.joined[at] && options.joined[at + 1];
-    if (bordered[at] && bordered[at + 1] && !joined && isClosed(spline, k, size)) {
+    const bool may = options.openSeams && bordered[at] && bordered[at + 1] && !joined;
+    const int smooth = may ? seamSmoothness(spline, k, kSamePoint) : -1;
+    if (smooth >= 0 && smooth >= options.energyOrder - 1) {
+      b.low = b.high = 0;
+      b.seam = smooth;
+      notes.push_back(
+          fmt::format("Closed in direction {}: the seam is free and stays smooth of order {}.", name, smooth));
+    } else if (bordered[at] && bordered[at + 1] && !joined && isClosed(spline, k, size)) {
       b.low = b.high = wished;
       notes.push_back(fmt::format("Closed in direction {}: {} row{} on each side of the seam are held.", name, wished,
                                   wished == 1 ? "" : "s"));
@@ -219,7 +241,7 @@ HeldPoints holdBorders(const Spline<D>& spline, const std::array<Borders, D>& bo
   std::array<std::vector<std::uint8_t>, D> rows;
   for (int k = 0; k < D; ++k) {
     const auto at = static_cast<std::size_t>(k);
-    rows[at] = heldRows(spline.knots(k), heldRanges(spline.knots(k), borders[at], energyOrder));
+    rows[at] = heldRows(spline.knots(k), borders[at], energyOrder);
   }
   for (std::size_t r = 0; r < held.size(); ++r) {
     auto rest = static_cast<Index>(r);
@@ -281,14 +303,68 @@ bool refineBy(Spline<D>& spline, const std::array<std::vector<double>, D>& added
   return true;
 }
 
+// Puts the plan into periodic form where a seam is open; false if rounding is in the way.
 template <int D>
-FairingPlan<D> plan(const Spline<D>& spline, const FairingPlanOptions<D>& options, const FaceBorder* border) {
+bool openSeams(FairingPlan<D>& plan, const std::array<Borders, D>& borders) {
+  for (int k = 0; k < D; ++k) {
+    const int smooth = borders[static_cast<std::size_t>(k)].seam;
+    if (smooth < 0) continue;
+    auto periodic = toPeriodic(plan.spline, k, smooth, 10 * kSamePoint);
+    if (!periodic) return false;
+    plan.spline = *std::move(periodic);
+    plan.openSeam[static_cast<std::size_t>(k)] = smooth;
+  }
+  return true;
+}
+
+// The pairs of rows that are one point, and that both are held if one is.
+template <int D>
+void pairSeams(FairingPlan<D>& plan) {
+  const Spline<D>& s = plan.spline;
+  std::vector<std::uint8_t> isCopy(plan.held.size(), 0);
+  for (int k = 0; k < D; ++k) {
+    const int smooth = plan.openSeam[static_cast<std::size_t>(k)];
+    if (smooth < 0) continue;
+    Index inner = 1;
+    for (int l = k + 1; l < D; ++l) inner *= s.size(l);
+    const Index count = s.size(k), period = count - 1 - smooth;
+    for (Index r = 0; r < s.net().rows(); ++r) {
+      const Index i = r / inner % count;
+      if (i < period) continue;
+      plan.sameAs.push_back({r - period * inner, r});
+      isCopy[static_cast<std::size_t>(r)] = 1;
+    }
+  }
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const auto& [row, copy] : plan.sameAs) {
+      auto &a = plan.held[static_cast<std::size_t>(row)], &b = plan.held[static_cast<std::size_t>(copy)];
+      changed = changed || (a == 0) != (b == 0);
+      a = b = a != 0 || b != 0;
+    }
+  }
+  plan.freePoints = 0;
+  for (std::size_t r = 0; r < plan.held.size(); ++r) plan.freePoints += plan.held[r] == 0 && isCopy[r] == 0;
+}
+
+// Knots go into clamped directions only: those outside a periodic domain would have to be inserted alike.
+template <int D>
+Spline<D> withoutOpenSeams(Spline<D> spline) {
+  for (int k = 0; k < D; ++k) spline = toClamped(spline, k);
+  return spline;
+}
+
+template <int D>
+FairingPlan<D> planOn(const Spline<D>& input, const FairingPlanOptions<D>& options, const FaceBorder* border) {
+  const Spline<D> spline = options.openSeams ? withoutOpenSeams(input) : input;
   for (Index rows : options.rows) {
     if (rows < 0) throw InvalidInput(fmt::format("cannot hold {} rows: give 0 or more", rows));
   }
   if (options.energyOrder < 0) throw InvalidInput("the order of an energy cannot be negative");
 
-  FairingPlan<D> plan{spline, HeldPoints(static_cast<std::size_t>(spline.net().rows()), 1), 0, 0, {}, ""};
+  FairingPlan<D> plan;
+  plan.spline = spline;
+  plan.held.assign(static_cast<std::size_t>(spline.net().rows()), 1);
   if (spline.isRational() && !options.rational) {
     plan.leftAlone = "its energy in parameters is not defined for rational splines: use --energy exact";
     return plan;
@@ -364,7 +440,13 @@ FairingPlan<D> plan(const Spline<D>& spline, const FairingPlanOptions<D>& option
     if (mayGrow) plan.held = hold(plan.spline);
   }
 
-  plan.freePoints = countFree(plan.held);
+  if (!openSeams<D>(plan, wished)) {
+    FairingPlanOptions<D> closed = options;
+    closed.openSeams = false;
+    return planOn(spline, closed, border);
+  }
+  if (plan.openSeam != FairingPlan<D>::noSeams()) plan.held = hold(plan.spline);
+  pairSeams(plan);
   for (int k = 0; k < D; ++k) plan.knotsInserted += plan.spline.size(k) - spline.size(k);
   if (plan.knotsInserted > 0) {
     plan.notes.push_back(fmt::format(
@@ -388,11 +470,11 @@ FairingPlan<D> plan(const Spline<D>& spline, const FairingPlanOptions<D>& option
 
 template <int D>
 FairingPlan<D> planFairing(const Spline<D>& spline, const FairingPlanOptions<D>& options) {
-  return plan<D>(spline, options, nullptr);
+  return planOn<D>(spline, options, nullptr);
 }
 
 FacePlan planFace(const Surface& surface, const FaceBorder& border, const PlanOptions& options) {
-  FacePlan result = plan<2>(surface, options, &border);
+  FacePlan result = planOn<2>(surface, options, &border);
   if (!border.trims.empty() && result.leftAlone.empty()) {
     result.notes.push_back(
         "Trimmed: every control point with influence on a trimming curve, or on the cut-away part "

@@ -66,19 +66,24 @@ double BezierPatch<D>::bound() const {
 }
 
 template <int D>
-typename BezierPatch<D>::Corner BezierPatch<D>::farthestCorner() const {
+typename BezierPatch<D>::Corner BezierPatch<D>::corner(unsigned number) const {
   const Index dimension = points.cols() - (rational ? 1 : 0);
-  Corner best;
-  for (unsigned corner = 0; corner < (1U << D); ++corner) {
-    Index row = 0;
-    std::array<double, D> place;
-    for (std::size_t k = 0; k < D; ++k) {
-      const bool end = (corner >> k) & 1U;
-      row = row * (degrees[k] + 1) + (end ? degrees[k] : 0);
-      place[k] = end ? to[k] : from[k];
-    }
-    const double norm = points.row(row).head(dimension).norm() / (rational ? points(row, dimension) : 1);
-    if (corner == 0 || norm > best.norm) best = {norm, place};
+  Index row = 0;
+  std::array<double, D> place;
+  for (std::size_t k = 0; k < D; ++k) {
+    const bool end = (number >> k) & 1U;
+    row = row * (degrees[k] + 1) + (end ? degrees[k] : 0);
+    place[k] = end ? to[k] : from[k];
+  }
+  return {points.row(row).head(dimension).norm() / (rational ? points(row, dimension) : 1), place};
+}
+
+template <int D>
+typename BezierPatch<D>::Corner BezierPatch<D>::farthestCorner() const {
+  Corner best = corner(0);
+  for (unsigned number = 1; number < (1U << D); ++number) {
+    const Corner other = corner(number);
+    if (other.norm > best.norm) best = other;
   }
   return best;
 }

@@ -29,6 +29,9 @@ struct BezierPatch {
   };
   Corner farthestCorner() const;
 
+  // Corner number 0 .. 2^D - 1; bit k is set at the high end of direction k.
+  Corner corner(unsigned number) const;
+
   // The direction in which the patch is farthest from being linear; -1 if it is linear in each one.
   int mostBent() const;
 

@@ -104,6 +104,20 @@ double largestNorm(const Net& points, bool rational) {
   return largest;
 }
 
+// The farthest corner that counts; norm 0 if none does.
+template <int D>
+typename BezierPatch<D>::Corner countedCorner(const BezierPatch<D>& patch, const DeviationOptions& options) {
+  if (options.counts == nullptr) return patch.farthestCorner();
+  typename BezierPatch<D>::Corner best;
+  for (unsigned number = 0; number < (1U << D); ++number) {
+    const auto corner = patch.corner(number);
+    if (corner.norm > best.norm && options.counts(corner.place.data(), corner.place.data(), options.context)) {
+      best = corner;
+    }
+  }
+  return best;
+}
+
 // The difference of two splines, cell by cell. `magnitude` is the size of the numbers that it was made from, which
 // rounding is relative to.
 template <int D>
@@ -197,10 +211,11 @@ class Difference {
     typename BezierPatch<D>::Corner corner;
     double magnitude = 0;
   };
-  Estimate estimate(Index number) const {
+  Estimate estimate(Index number, const DeviationOptions& options) const {
+    if (!cellCounts(number, options)) return {};
     if (!second_) return {controlBound(cellIndex(number)), {}, 0};
     const Piece p = piece(number);
-    return {p.patch.bound(), p.patch.farthestCorner(), p.magnitude};
+    return {p.patch.bound(), countedCorner(p.patch, options), p.magnitude};
   }
 
   // Fills the norms of the control points, for controlBound.
@@ -224,6 +239,17 @@ class Difference {
     Net net(s.net().rows(), s.net().cols() + 1);
     net << s.net(), Eigen::VectorXd::Ones(s.net().rows());
     return Spline<D>(s.knots(), std::move(net), true);
+  }
+
+  bool cellCounts(Index number, const DeviationOptions& options) const {
+    if (options.counts == nullptr) return true;
+    const auto cell = cellIndex(number);
+    std::array<double, D> from, to;
+    for (std::size_t k = 0; k < D; ++k) {
+      from[k] = breaks_[k][static_cast<std::size_t>(cell[k])];
+      to[k] = breaks_[k][static_cast<std::size_t>(cell[k]) + 1];
+    }
+    return options.counts(from.data(), to.data(), options.context);
   }
 
   std::array<Index, D> cellIndex(Index number) const {
@@ -280,7 +306,7 @@ struct Bounds {
 // already (by more than the width asked for, or by more than rounding) are left.
 template <int D>
 Bounds<D> refineCell(const typename Difference<D>::Piece& piece, double reached, double width, double noise,
-                     Index maxPatches) {
+                     Index maxPatches, const DeviationOptions& options) {
   struct Part {
     BezierPatch<D> patch;
     double bound;
@@ -291,7 +317,7 @@ Bounds<D> refineCell(const typename Difference<D>::Piece& piece, double reached,
   result.lower.norm = reached;
   result.magnitude = piece.magnitude;
   result.patches = 1;
-  result.raise(piece.patch.farthestCorner());
+  result.raise(countedCorner(piece.patch, options));
   std::vector<Part> heap;
   heap.push_back({piece.patch, piece.patch.bound(), {}});
   while (!heap.empty()) {
@@ -307,13 +333,14 @@ Bounds<D> refineCell(const typename Difference<D>::Piece& piece, double reached,
       continue;
     }
     for (auto& half : part.patch.halves(direction)) {
+      ++result.patches;
+      if (options.counts != nullptr && !options.counts(half.from.data(), half.to.data(), options.context)) continue;
       Part child{std::move(half), 0, part.halvings};
       ++child.halvings[static_cast<std::size_t>(direction)];
       child.bound = child.patch.bound();
-      result.raise(child.patch.farthestCorner());
+      result.raise(countedCorner(child.patch, options));
       heap.push_back(std::move(child));
       std::push_heap(heap.begin(), heap.end(), less);
-      ++result.patches;
     }
   }
   return result;
@@ -357,7 +384,8 @@ Deviation<D> certifyDeviation(const Spline<D>& a, const Spline<D>& b, const Devi
   const auto count = static_cast<std::size_t>(difference.cells());
   std::vector<typename Difference<D>::Estimate> estimates(count);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 64), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i < range.end(); ++i) estimates[i] = difference.estimate(static_cast<Index>(i));
+    for (std::size_t i = range.begin(); i < range.end(); ++i)
+      estimates[i] = difference.estimate(static_cast<Index>(i), options);
   });
   Bounds<D> total;
   for (std::size_t k = 0; k < D; ++k) total.lower.place[k] = a.knots()[k].from();
@@ -387,7 +415,7 @@ Deviation<D> certifyDeviation(const Spline<D>& a, const Spline<D>& b, const Devi
           found[i - done].upper = estimates[order[i]].bound;
         } else {
           found[i - done] =
-              refineCell<D>(difference.piece(static_cast<Index>(order[i])), reached, width, rounding, share);
+              refineCell<D>(difference.piece(static_cast<Index>(order[i])), reached, width, rounding, share, options);
         }
       }
     });

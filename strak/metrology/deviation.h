@@ -16,6 +16,11 @@ struct Deviation {
 struct DeviationOptions {
   double relativeWidth = 1e-4;   // stop once upper - lower <= relativeWidth * upper
   Index maxPatches = 2'000'000;  // or once so many Bezier pieces have been looked at: the bounds stay valid
+  // Where not all of the domain counts, as on a trimmed face (TrimRegion::reaches): whether a box of it does, given by
+  // D numbers each of its low and high corner; from = to asks for a point. A box with a part that counts must count;
+  // called by many threads at once. Null: everything counts. If nothing does, the deviation is 0.
+  bool (*counts)(const double* from, const double* to, const void* context) = nullptr;
+  const void* context = nullptr;
 };
 
 // max over the domain of |A(u) - B(u)|. The splines may have different degrees and knots but must have the same domain

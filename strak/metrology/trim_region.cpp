@@ -10,6 +10,7 @@ namespace {
 using Polyline = std::vector<Eigen::Vector2d>;
 
 constexpr std::size_t kRows = 256;
+constexpr double kStraightened = 1e-4;  // of the domain: how far a simplified polyline may leave the given one
 
 // Douglas and Peucker: the fewest of the points that keep the polyline within `tolerance`.
 void simplify(const Polyline& in, std::size_t first, std::size_t last, double tolerance, Polyline& out) {
@@ -72,7 +73,7 @@ TrimRegion::TrimRegion(const Surface& surface, const std::vector<std::vector<Eig
       unit.push_back(q);
     }
     simple.push_back(unit.front());
-    simplify(unit, 0, unit.size() - 1, 1e-4, simple);
+    simplify(unit, 0, unit.size() - 1, kStraightened, simple);
     for (Eigen::Vector2d& q : simple)
       q = q.cwiseEqual(1.0).select(domain_.max(), domain_.min() + q.cwiseProduct(size)).eval();
     lines.push_back(std::move(simple));
@@ -107,6 +108,58 @@ bool TrimRegion::inside(const Eigen::Vector2d& p) const {
     if (u <= p.x()) in = !in;
   }
   return in;
+}
+
+bool TrimRegion::isBorder(const Segment& segment) const {
+  for (int k = 0; k < 2; ++k) {
+    for (double side : {domain_.min()[k], domain_.max()[k]}) {
+      if (segment.from[k] == side && segment.to[k] == side) return true;
+    }
+  }
+  return false;
+}
+
+Cover TrimRegion::cover(const Eigen::AlignedBox2d& box) const {
+  if (isWholeDomain()) return domain_.intersects(box) ? Cover::inside : Cover::outside;
+  const Eigen::Vector2d margin = 2 * kStraightened * domain_.sizes();
+  const Eigen::Vector2d low = box.min() - margin, high = box.max() + margin;
+  for (std::size_t r = row(low.y()); r <= row(high.y()); ++r) {
+    for (std::size_t s : rows_[r]) {
+      const Eigen::Vector2d &a = segments_[s].from, &b = segments_[s].to;
+      if ((a.cwiseMax(b).array() < low.array()).any() || (a.cwiseMin(b).array() > high.array()).any()) continue;
+      if (isBorder(segments_[s])) continue;
+      // Apart if all corners lie on one side of the line.
+      const Eigen::Vector2d normal(a.y() - b.y(), b.x() - a.x());
+      double least = 0, most = 0;
+      for (int corner = 0; corner < 4; ++corner) {
+        const Eigen::Vector2d c(corner & 1 ? high.x() : low.x(), corner & 2 ? high.y() : low.y());
+        const double side = normal.dot(c - a);
+        least = corner == 0 ? side : std::min(least, side);
+        most = corner == 0 ? side : std::max(most, side);
+      }
+      if (least <= 0 && most >= 0) return Cover::cut;
+    }
+  }
+  const Eigen::AlignedBox2d seen = box.intersection(domain_);
+  return !seen.isEmpty() && inside(seen.center()) ? Cover::inside : Cover::outside;
+}
+
+bool TrimRegion::reaches(const double* from, const double* to, const void* context) {
+  const Eigen::AlignedBox2d box(Eigen::Vector2d(from[0], from[1]), Eigen::Vector2d(to[0], to[1]));
+  return static_cast<const TrimRegion*>(context)->cover(box) != Cover::outside;
+}
+
+std::vector<Cover> coverOfCells(const Surface& surface, const TrimRegion& region) {
+  const KnotVector &u = surface.knots(0), &v = surface.knots(1);
+  std::vector<Cover> cells;
+  cells.reserve(u.spans().size() * v.spans().size());
+  const std::vector<Index> columns = v.spans();
+  for (Index i : u.spans()) {
+    for (Index j : columns) {
+      cells.push_back(region.cover({Eigen::Vector2d(u[i], v[j]), Eigen::Vector2d(u[i + 1], v[j + 1])}));
+    }
+  }
+  return cells;
 }
 
 std::vector<TrimRegion::Segment> TrimRegion::segmentsBetween(double low, double high) const {
