@@ -20,7 +20,7 @@ namespace strak::cli {
 namespace {
 
 struct ConvertArguments {
-  std::string input, output, elevate, rebuild, tolerance;
+  std::string input, output, elevate, rebuild, tolerance, analytic;
   bool toBezier = false, json = false;
   std::string commandLine;
 };
@@ -79,6 +79,15 @@ std::unique_ptr<Model> changed(const Model& model, const ConvertArguments& argum
   return modelOf(std::move(splines), std::move(names), model.unit());
 }
 
+void convertAnalytic(Model& model, const std::string& faces) {
+  const std::vector<Index> selected = selectedObjects(faces, model.objects(), "--analytic-to-bspline");
+  model.convertAnalytic(selected);
+  for (Index index : selected) {
+    const Object& object = model.objects()[static_cast<std::size_t>(index)];
+    if (!object.spline) throw InvalidInput(fmt::format("'{}' stays as it is: {}", object.name, object.leftAlone));
+  }
+}
+
 void convert(const ConvertArguments& arguments) {
   const Stopwatch watch;
   requireWritable(arguments.output);
@@ -88,6 +97,7 @@ void convert(const ConvertArguments& arguments) {
   }
   auto model = readModel(arguments.input);
   const std::string format = model->format();
+  if (!arguments.analytic.empty()) convertAnalytic(*model, arguments.analytic);
   if (!arguments.elevate.empty() || arguments.toBezier) model = changed(*model, arguments);
   std::vector<RebuiltObject> rebuilt;
   if (!arguments.rebuild.empty()) {
@@ -144,6 +154,9 @@ void addConvert(CLI::App& program, const std::string& commandLine) {
   command->add_option("--tolerance", arguments->tolerance,
                       "With --rebuild: write nothing if a deviation may be larger; a length, or a part of the size "
                       "(0.0001size)");
+  command->add_option(
+      "--analytic-to-bspline", arguments->analytic,
+      "Make these planes, cylinders, cones, ... B-splines, edges as they are: numbers, ranges and names");
   command->add_flag("--json", arguments->json, "Print one JSON object");
   command->footer("Example:\n  strak convert hood.step -o hood.g2 --to-bezier");
   command->callback([arguments] { convert(*arguments); });

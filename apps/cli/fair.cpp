@@ -32,7 +32,7 @@ struct FairArguments {
               threads;
   std::string creaseAngle = "5";
   bool simplify = false, simplifyBorders = false, smoothKnots = false;
-  bool noRefine = false, json = false, quiet = false;
+  bool noRefine = false, convertAnalytic = false, json = false, quiet = false;
   std::string commandLine;
 };
 
@@ -211,6 +211,11 @@ void fair(const FairArguments& arguments) {
   const auto model = readModel(arguments.input);
   FairModelOptions options;
   options.selected = selectedObjects(arguments.faces, model->objects());
+  if (arguments.convertAnalytic) {
+    if (arguments.faces.empty())
+      throw InvalidInput("--convert-analytic makes other surfaces of faces: name them with --faces");
+    model->convertAnalytic(options.selected);
+  }
   options.energy = energy;
   options.holdRows = rows;
   options.join = join;
@@ -296,6 +301,8 @@ void addFair(CLI::App& program, const std::string& commandLine) {
       ->add_option("--points-per-list", arguments->pointsPerList, "Local: points moved before the list is sorted again")
       ->capture_default_str();
   command->add_option("--faces", arguments->faces, "Objects to fair: numbers, ranges and names, like 1,3-5,hood");
+  command->add_flag("--convert-analytic", arguments->convertAnalytic,
+                    "Make planes, cylinders and the like among --faces B-splines first, edges as they are");
   command->add_flag("--no-refine", arguments->noRefine, "Never insert knots, even where no control point is free");
   command->add_flag("--simplify", arguments->simplify,
                     "Afterwards remove knots while tolerance, fairness and the held rows' image hold");

@@ -112,7 +112,7 @@ std::vector<Index> holdRows(const std::string& text) {
   return rows;
 }
 
-std::vector<Index> selectedObjects(const std::string& text, const std::vector<Object>& objects) {
+std::vector<Index> selectedObjects(const std::string& text, const std::vector<Object>& objects, const char* option) {
   const auto count = static_cast<Index>(objects.size());
   std::set<Index> selected;
   if (text.empty()) {
@@ -132,13 +132,13 @@ std::vector<Index> selectedObjects(const std::string& text, const std::vector<Ob
     const auto last = dash == std::string::npos ? first : parsed<Index>(std::string_view(part).substr(dash + 1));
     if (!first || !last || *first > *last) {
       throw InvalidInput(
-          fmt::format("--faces names '{}', which is neither a number, nor a range like 3-5, nor the name of an "
+          fmt::format("{} names '{}', which is neither a number, nor a range like 3-5, nor the name of an "
                       "object in the file: see strak info",
-                      part));
+                      option, part));
     }
     if (*first < 1 || *last > count) {
-      throw InvalidInput(fmt::format("--faces names object {}, but the file has {} (numbered from 1): see strak info",
-                                     *first < 1 ? *first : *last, count));
+      throw InvalidInput(fmt::format("{} names object {}, but the file has {} (numbered from 1): see strak info",
+                                     option, *first < 1 ? *first : *last, count));
     }
     for (Index i = *first; i <= *last; ++i) selected.insert(i - 1);
   }

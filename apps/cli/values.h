@@ -31,7 +31,8 @@ std::vector<Index> holdRows(const std::string& text);
 
 // The numbers (from 0) of the objects named by "1,3-5,hood": numbers count from 1, a name takes every object of that
 // name. Ascending, each once; the empty text takes all.
-std::vector<Index> selectedObjects(const std::string& text, const std::vector<Object>& objects);
+std::vector<Index> selectedObjects(const std::string& text, const std::vector<Object>& objects,
+                                   const char* option = "--faces");
 
 // Throws Failure unless the folder of `path` exists and may be written to: before hours of work, not after them.
 void requireWritable(const std::filesystem::path& path);

@@ -31,6 +31,7 @@
 #include "strak/exchange/cad.h"
 #include "strak/exchange/cad_file_occ.h"
 #include "strak/exchange/cad_geometry_occ.h"
+#include "strak/exchange/convert_analytic_occ.h"
 #include "strak/exchange/face_border_occ.h"
 #include "strak/exchange/following_edges_occ.h"
 #include "strak/exchange/periodic_occ.h"
@@ -43,8 +44,9 @@
 namespace strak::cad {
 namespace {
 
-constexpr double kSamePlace = 1e-6;  // of the model's size: unsewn edges this near are the same
-constexpr double kHeldEnd = 1e-9;    // of the curve's size: the ends of a free edge must stay this near
+constexpr double kSamePlace = 1e-6;   // of the model's size: unsewn edges this near are the same
+constexpr double kHeldEnd = 1e-9;     // of the curve's size: the ends of a free edge must stay this near
+constexpr double kConverted = 1e-10;  // of the model's size: what a converted face may differ by
 
 // A name from the file, empty for one that Open CASCADE made up.
 std::string nameOf(const TDF_Label& label) {
@@ -161,6 +163,25 @@ class CadModel : public Model {
     }
   }
 
+  void convertAnalytic(const std::vector<Index>& which) override {
+    for (Index index : which) requireIndex(index, objects_);
+    for (Index index : which) {
+      const auto at = static_cast<std::size_t>(index);
+      if (objects_[at].spline || objects_[at].kind == "mesh" || shapes_[at].ShapeType() != TopAbs_FACE) continue;
+      std::string refused;
+      try {
+        refused = convertGroup(keys_[at]);
+      } catch (const Standard_Failure& failure) {
+        refused = fmt::format("Open CASCADE gives up ({})", failure.GetMessageString());
+      } catch (const InvalidInput& error) {
+        refused = error.what();
+      }
+      if (!refused.empty()) {
+        objects_[at].leftAlone = why(objects_[at].kind) + " and cannot be made one: " + refused;
+      }
+    }
+  }
+
   Audit audit() const override {
     try {
       return auditShape(file_.shape, file_.unit.millimetres);
@@ -204,21 +225,56 @@ class CadModel : public Model {
     return file_.unit.millimetres / std::abs(placement.ScaleFactor());
   }
 
-  void add(Object object, const gp_Trsf& placement, const Standard_Transient* key) {
+  // Converts the faces on one surface; why not, or empty.
+  std::string convertGroup(const Standard_Transient* key) {
+    std::vector<std::size_t> group;
+    std::vector<TopoDS_Face> all, faces;  // each object's, and each once
+    for (std::size_t i = 0; i < objects_.size(); ++i) {
+      if (keys_[i] != key) continue;
+      group.push_back(i);
+      all.push_back(TopoDS::Face(shapes_[i]));
+      const bool known =
+          std::any_of(faces.begin(), faces.end(), [&](const TopoDS_Face& face) { return face.IsPartner(all.back()); });
+      if (!known) faces.push_back(all.back());
+    }
+    if (carriesOffset_.count(key) != 0) return "an offset surface of the file hangs on it";
+    const double length = unitLength(places_[group.front()]);
+    Handle(Geom_BSplineSurface) next;
+    const std::string refused = convertFaces(faces, kConverted * size_ * file_.unit.millimetres, next);
+    if (!refused.empty()) return refused;
+    SharedSurface& shared = surfaces_[next.get()];
+    shared.live = next;
+    shared.original = copyAsSpline(next);
+    shared.unitLength = length;
+    shared.faces = all;
+    for (std::size_t i : group) {
+      objects_[i].kind = kindOf(Handle(Geom_Surface)(next));
+      objects_[i].leftAlone.clear();
+      describeSurface(objects_[i], TopoDS::Face(shapes_[i]), next, places_[i]);
+      original_[i] = objects_[i].spline;
+      keys_[i] = next.get();
+      for (std::size_t j : group) {
+        if (j != i) objects_[i].sharedWith.push_back(static_cast<Index>(j));
+      }
+    }
+    return "";
+  }
+
+  void add(Object object, const TopoDS_Shape& shape, const gp_Trsf& placement, const Standard_Transient* key) {
     objects_.push_back(std::move(object));
+    shapes_.push_back(shape);
     places_.push_back(placement);
     keys_.push_back(key);
   }
 
   void addFaces() {
     const std::vector<TopoDS_Shape> faces = partsOf(file_.shape, TopAbs_FACE);
-    std::set<const Standard_Transient*> carriesOffset;
     for (const TopoDS_Shape& shape : faces) {
       TopLoc_Location place;
       const Handle(Geom_Surface) surface = BRep_Tool::Surface(TopoDS::Face(shape), place);
       if (surface.IsNull()) continue;
       if (const auto* offset = dynamic_cast<const Geom_OffsetSurface*>(untrimmed(surface).get())) {
-        carriesOffset.insert(untrimmed(offset->BasisSurface()).get());
+        carriesOffset_.insert(untrimmed(offset->BasisSurface()).get());
       }
     }
     for (const TopoDS_Shape& shape : faces) {
@@ -230,13 +286,13 @@ class CadModel : public Model {
       if (raw.IsNull()) {
         object.kind = "mesh";
         object.leftAlone = why(object.kind);
-        add(std::move(object), place.Transformation(), nullptr);
+        add(std::move(object), face, place.Transformation(), nullptr);
         continue;
       }
       const Handle(Geom_Surface) live = untrimmed(raw);
       object.kind = kindOf(live);
       describeSurface(object, face, live, place.Transformation());
-      if (object.leftAlone.empty() && carriesOffset.count(live.get()) != 0) {
+      if (object.leftAlone.empty() && carriesOffset_.count(live.get()) != 0) {
         object.leftAlone = "an offset surface of the file hangs on it";
       }
       if (object.leftAlone.empty()) {
@@ -248,7 +304,7 @@ class CadModel : public Model {
         }
         shared.faces.push_back(face);
       }
-      add(std::move(object), place.Transformation(), live.get());
+      add(std::move(object), face, place.Transformation(), live.get());
     }
   }
 
@@ -300,7 +356,7 @@ class CadModel : public Model {
         }
         shared.edges.push_back(edge);
       }
-      add(std::move(object), place.Transformation(), live.get());
+      add(std::move(object), edge, place.Transformation(), live.get());
     }
   }
 
@@ -368,8 +424,10 @@ class CadModel : public Model {
   double size_ = 0;
   std::vector<Object> objects_;
   std::vector<std::optional<AnySpline>> original_;  // as read
-  std::vector<gp_Trsf> places_;                     // where the assembly puts each object
-  std::vector<const Standard_Transient*> keys_;     // into the two maps
+  std::vector<TopoDS_Shape> shapes_;                // the face or edge of each object
+  std::set<const Standard_Transient*> carriesOffset_;
+  std::vector<gp_Trsf> places_;                  // where the assembly puts each object
+  std::vector<const Standard_Transient*> keys_;  // into the two maps
   std::map<const Standard_Transient*, SharedSurface> surfaces_;
   std::map<const Standard_Transient*, SharedCurve> curves_;
   FollowingEdges followingEdges_;

@@ -119,6 +119,10 @@ class PlainModel : public Model {
 
 }  // namespace
 
+void Model::convertAnalytic(const std::vector<Index>& which) {
+  for (Index index : which) requireIndex(index, objects());
+}
+
 std::unique_ptr<Model> readModel(const std::filesystem::path& path) {
   const std::string text = readFile(path);
   if (text.empty()) throw InvalidInput(fmt::format("'{}' is empty", path.string()));

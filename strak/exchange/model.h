@@ -100,6 +100,12 @@ class Model {
   virtual std::vector<SharedEdge> sharedEdges(double within) const = 0;
   std::vector<SharedEdge> sharedEdges() const { return sharedEdges(0); }
 
+  // Makes the named objects that are planes, cylinders, cones, spheres, tori, extruded or revolved surfaces into
+  // B-splines with the same parameters, to 1e-10 of their size, and all edges as they are; instances go along. Where
+  // that is not possible, or the face would fit its edges less well, the object stays and its leftAlone says why. Does
+  // nothing for other objects. Throws InvalidInput for an index out of range.
+  virtual void convertAnalytic(const std::vector<Index>& which);
+
   // Densely measured gaps of all edges, and the kernel's checker. Empty for plain splines. Edges are counted once,
   // however many instances of a part there are.
   virtual Audit audit() const = 0;

@@ -28,8 +28,25 @@
 namespace strak::cad {
 namespace {
 
-// Lays `next` under the face: same shape and parameters, another object. The edges' curves in the parameter plane are
-// kept under the name of their surface and must be handed over.
+// A change that fails half-way is taken back.
+template <typename Geometry, typename Spline>
+void assignOrRestore(Geometry& live, const Geometry& original, const Spline& target, double unitLength) {
+  const Spline before = toSpline(live, unitLength);
+  try {
+    assign(live, original, target, unitLength);
+  } catch (...) {
+    assign(live, original, before, unitLength);
+    throw;
+  }
+}
+
+template <typename Shape>
+void dropMeshes(const std::vector<Shape>& shapes) {
+  for (const Shape& shape : shapes) BRepTools::Clean(shape);  // drawn from the old shape
+}
+
+}  // namespace
+
 void layUnder(const TopoDS_Face& located, const Handle(Geom_Surface) & next) {
   TopoDS_Face face = TopoDS::Face(located.Oriented(TopAbs_FORWARD));
   face.Location(TopLoc_Location());
@@ -57,25 +74,6 @@ void layUnder(const TopoDS_Face& located, const Handle(Geom_Surface) & next) {
   }
   builder.UpdateFace(face, next, place, BRep_Tool::Tolerance(face));
 }
-
-// A change that fails half-way is taken back.
-template <typename Geometry, typename Spline>
-void assignOrRestore(Geometry& live, const Geometry& original, const Spline& target, double unitLength) {
-  const Spline before = toSpline(live, unitLength);
-  try {
-    assign(live, original, target, unitLength);
-  } catch (...) {
-    assign(live, original, before, unitLength);
-    throw;
-  }
-}
-
-template <typename Shape>
-void dropMeshes(const std::vector<Shape>& shapes) {
-  for (const Shape& shape : shapes) BRepTools::Clean(shape);  // drawn from the old shape
-}
-
-}  // namespace
 
 void SharedSurface::put(const Surface& target) {
   Handle(Geom_BSplineSurface) spline = Handle(Geom_BSplineSurface)::DownCast(live);

@@ -37,6 +37,10 @@ struct SharedCurve {
   void put(const Curve& target);
 };
 
+// Lays `next` under the face: another object whose parameters mean the same points. The edges' curves in the parameter
+// plane are kept under the name of their surface and are handed over. Faces on one surface must follow one another.
+void layUnder(const TopoDS_Face& located, const Handle(Geom_Surface) & next);
+
 // The surface or curve inside any trimming to a part of its parameters.
 Handle(Geom_Surface) untrimmed(Handle(Geom_Surface) surface);
 Handle(Geom_Curve) untrimmed(Handle(Geom_Curve) curve);
