@@ -13,7 +13,11 @@
 #include <StepBasic_MeasureValueMember.hxx>
 #include <StepBasic_UncertaintyMeasureWithUnit.hxx>
 #include <StepData_StepModel.hxx>
+#include <StepGeom_BSplineCurveWithKnotsAndRationalBSplineCurve.hxx>
+#include <StepGeom_BSplineSurfaceWithKnotsAndRationalBSplineSurface.hxx>
 #include <StepGeom_CartesianPoint.hxx>
+#include <TColStd_HArray1OfReal.hxx>
+#include <TColStd_HArray2OfReal.hxx>
 #include <TColStd_SequenceOfAsciiString.hxx>
 #include <TCollection_HAsciiString.hxx>
 #include <TDF_LabelSequence.hxx>
@@ -33,6 +37,7 @@
 #include <cmath>
 #include <fstream>
 #include <iostream>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -125,12 +130,41 @@ double statedUncertainty(const Interface_InterfaceModel& model) {
   return largest;
 }
 
+// The kernel projects edges onto surfaces while it reads; where weights leave the surface no digits, it never ends.
+void requireWeights(const std::filesystem::path& path, const StepData_StepModel& model) {
+  constexpr double kMostDecades = 1e100;
+  for (int i = 1; i <= model.NbEntities(); ++i) {
+    double least = std::numeric_limits<double>::infinity(), most = 0;
+    const auto note = [&](double weight) {
+      least = std::min(least, std::abs(weight));
+      most = std::max(most, std::abs(weight));
+    };
+    const Handle(Standard_Transient) entity = model.Entity(i);
+    if (const auto* s = dynamic_cast<const StepGeom_BSplineSurfaceWithKnotsAndRationalBSplineSurface*>(entity.get())) {
+      const Handle(TColStd_HArray2OfReal) weights = s->WeightsData();
+      if (weights.IsNull()) continue;
+      for (int r = weights->LowerRow(); r <= weights->UpperRow(); ++r) {
+        for (int c = weights->LowerCol(); c <= weights->UpperCol(); ++c) note(weights->Value(r, c));
+      }
+    } else if (const auto* k =
+                   dynamic_cast<const StepGeom_BSplineCurveWithKnotsAndRationalBSplineCurve*>(entity.get())) {
+      const Handle(TColStd_HArray1OfReal) weights = k->WeightsData();
+      if (weights.IsNull()) continue;
+      for (int r = weights->Lower(); r <= weights->Upper(); ++r) note(weights->Value(r));
+    }
+    if (most > kMostDecades * least) {
+      broken(path, FileKind::step, fmt::format("the weights of a spline lie between {} and {}", least, most));
+    }
+  }
+}
+
 void readStep(const std::filesystem::path& path, CadFile& file) {
   STEPCAFControl_Reader reader;
   Interface_Static::SetIVal("read.stepcaf.subshapes.name", 1);
   if (reader.ReadFile(path.c_str()) != IFSelect_RetDone) broken(path, file.kind, "it is cut off or no STEP file");
   const Handle(StepData_StepModel) model = Handle(StepData_StepModel)::DownCast(reader.Reader().WS()->Model());
   requireSound(path, file.kind, *model);
+  requireWeights(path, *model);
   TColStd_SequenceOfAsciiString lengths, angles, solidAngles;
   reader.ChangeReader().FileUnits(lengths, angles, solidAngles);
   file.unit = unitNamed(lengths.IsEmpty() ? "mm" : lengths.First().ToCString());
