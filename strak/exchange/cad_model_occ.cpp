@@ -168,14 +168,7 @@ class CadModel : public Model {
     for (Index index : which) {
       const auto at = static_cast<std::size_t>(index);
       if (objects_[at].spline || objects_[at].kind == "mesh" || shapes_[at].ShapeType() != TopAbs_FACE) continue;
-      std::string refused;
-      try {
-        refused = convertGroup(keys_[at]);
-      } catch (const Standard_Failure& failure) {
-        refused = fmt::format("Open CASCADE gives up ({})", failure.GetMessageString());
-      } catch (const InvalidInput& error) {
-        refused = error.what();
-      }
+      const std::string refused = convertGroup(keys_[at]);
       if (!refused.empty()) {
         objects_[at].leftAlone = why(objects_[at].kind) + " and cannot be made one: " + refused;
       }

@@ -14,6 +14,7 @@
 #include <Geom_SurfaceOfRevolution.hxx>
 #include <Geom_ToroidalSurface.hxx>
 #include <Precision.hxx>
+#include <Standard_Failure.hxx>
 
 #include <fmt/format.h>
 #include <Eigen/Geometry>
@@ -23,6 +24,7 @@
 #include <limits>
 #include <numbers>
 
+#include "strak/base/error.h"
 #include "strak/exchange/audit_occ.h"
 #include "strak/exchange/cad_geometry_occ.h"
 #include "strak/exchange/shared_geometry_occ.h"
@@ -255,13 +257,39 @@ AnalyticSpline analyticSpline(const Handle(Geom_Surface) & surface, const Parame
   return {std::nullopt, fmt::format("a {} has no exact B-spline", kindOf(surface))};
 }
 
-std::string convertFaces(const std::vector<TopoDS_Face>& faces, double tolerance, Handle(Geom_BSplineSurface) & made) {
+namespace {
+
+// Whether the faces fit their edges on `next` as well as before; if not, the old surfaces are back under them.
+bool layAndCheck(const std::vector<TopoDS_Face>& faces, const Handle(Geom_BSplineSurface) & next, double tolerance) {
   std::vector<Handle(Geom_Surface)> old;
+  std::vector<Audit> before;
   for (const TopoDS_Face& face : faces) {
     TopLoc_Location ignored;
     old.push_back(BRep_Tool::Surface(face, ignored));
+    before.push_back(auditShape(face, 1));
   }
-  const Handle(Geom_Surface) surface = untrimmed(old.front());
+  bool good = true;
+  try {
+    for (const TopoDS_Face& face : faces) layUnder(face, next);
+    for (std::size_t i = 0; i < faces.size() && good; ++i) {
+      const Audit after = auditShape(faces[i], 1);
+      good = after.valid || !before[i].valid;
+      for (std::size_t e = 0; e < after.edges.size(); ++e) {
+        const EdgeFit& edge = after.edges[e];
+        good = good && edge.gap <= std::max(before[i].edges[e].gap + tolerance, edge.tolerance);
+      }
+    }
+  } catch (const Standard_Failure&) {
+    good = false;
+  }
+  if (good) return true;
+  for (std::size_t i = 0; i < faces.size(); ++i) layUnder(faces[i], old[i]);
+  return false;
+}
+
+std::string tryToConvert(const std::vector<TopoDS_Face>& faces, double tolerance, Handle(Geom_BSplineSurface) & made) {
+  TopLoc_Location ignored;
+  const Handle(Geom_Surface) surface = untrimmed(BRep_Tool::Surface(faces.front(), ignored));
   const auto box = boxOf(faces, *surface);
   if (!box) return "it has no bounds";
   const AnalyticSpline analytic = analyticSpline(surface, *box);
@@ -275,26 +303,22 @@ std::string convertFaces(const std::vector<TopoDS_Face>& faces, double tolerance
       if (!(surface->Value(u, v).Distance(next->Value(u, v)) <= tolerance)) return "no spline comes near enough to it";
     }
   }
-
-  std::vector<Audit> before;
-  for (const TopoDS_Face& face : faces) before.push_back(auditShape(face, 1));
-  for (const TopoDS_Face& face : faces) layUnder(face, next);
-  bool good = true;
-  for (std::size_t i = 0; i < faces.size() && good; ++i) {
-    const Audit after = auditShape(faces[i], 1);
-    good = after.valid || !before[i].valid;
-    for (std::size_t e = 0; e < after.edges.size(); ++e) {
-      const EdgeFit& edge = after.edges[e];
-      good = good && edge.gap <= std::max(before[i].edges[e].gap + tolerance, edge.tolerance);
-    }
-  }
-  if (!good) {
-    for (std::size_t i = 0; i < faces.size(); ++i) layUnder(faces[i], old[i]);
-    return "its edges would fit less well";
-  }
+  if (!layAndCheck(faces, next, tolerance)) return "its edges would fit less well";
   for (const TopoDS_Face& face : faces) BRepTools::Clean(face);
   made = next;
   return "";
+}
+
+}  // namespace
+
+std::string convertFaces(const std::vector<TopoDS_Face>& faces, double tolerance, Handle(Geom_BSplineSurface) & made) {
+  try {
+    return tryToConvert(faces, tolerance, made);
+  } catch (const Standard_Failure& failure) {
+    return fmt::format("Open CASCADE gives up ({})", failure.GetMessageString());
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
 }
 
 }  // namespace strak::cad
