@@ -36,15 +36,15 @@ std::string rationalText(const std::vector<std::string>& weights) {
 }
 
 TEST_F(Hopeless, FacesThatFold) {
-  Surface folded = wavySurface(3, 14, 14);
-  // Rows 6 and 8 exchanged: the surface runs back and forth there, and J < 0 between.
-  for (Index j = 0; j < 14; ++j) folded.net().row(folded.row({6, j})).swap(folded.net().row(folded.row({8, j})));
+  Surface folded = wavySurface(3, 10, 10);
+  // Rows 4 and 6 exchanged: the surface runs back and forth there, and J < 0 between.
+  for (Index j = 0; j < 10; ++j) folded.net().row(folded.row({4, j})).swap(folded.net().row(folded.row({6, j})));
   write("in.g2", g2(folded));
   expectWorksOrSays("0.05", "folded");
-  Surface twisted = wavySurface(3, 14, 14);
-  for (Index i = 7; i < 14; ++i) {
-    for (Index j = 0; j < 7; ++j) {
-      twisted.net().row(twisted.row({i, j})).swap(twisted.net().row(twisted.row({i, 13 - j})));
+  Surface twisted = wavySurface(3, 10, 10);
+  for (Index i = 5; i < 10; ++i) {
+    for (Index j = 0; j < 5; ++j) {
+      twisted.net().row(twisted.row({i, j})).swap(twisted.net().row(twisted.row({i, 9 - j})));
     }
   }
   write("in.g2", g2(twisted));
