@@ -141,6 +141,7 @@ void fairSurfaceExactly(const Model& model, const Job& job, const Surface& splin
   PlanOptions planOptions;
   planOptions.rows = rowsFor<2>(options.holdRows);
   planOptions.refine = options.refine;
+  planOptions.rational = true;
   const FacePlan plan = planShared(model, job, spline, planOptions);
   entry.notes.insert(entry.notes.end(), plan.notes.begin(), plan.notes.end());
   if (!plan.leftAlone.empty()) {

@@ -26,7 +26,7 @@ struct ExactFairingOptions {
   double tolerance = kUnlimited;  // of the surface, model units; certified by the refined difference
   bool ballsOnPoints = false;     // bound the control points' moves instead, as (13) does
   int maxSteps = 40;              // Gauss-Newton steps in all
-  Progress progress;
+  Progress progress = {};
 };
 
 struct ExactFairing {

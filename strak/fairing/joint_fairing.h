@@ -26,7 +26,7 @@ struct JointFairingOptions {
   bool ballsOnPoints = false;
   JoinAim aim = JoinAim::g2;
   int maxSteps = 40;
-  Progress progress;
+  Progress progress = {};
 };
 
 struct JointFairing {

@@ -30,7 +30,7 @@ struct ShapeDescentOptions {
   double tolerance = kUnlimited;
   bool ballsOnPoints = false;
   int maxSteps = 40;
-  Progress progress;
+  Progress progress = {};
 };
 
 struct ShapeDescent {
