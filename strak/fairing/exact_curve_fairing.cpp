@@ -1,0 +1,335 @@
+#include "strak/fairing/exact_curve_fairing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "strak/base/cpu_time.h"
+#include "strak/base/error.h"
+#include "strak/energy/curve_energy.h"
+#include "strak/fairing/plan_curve.h"
+#include "strak/metrology/fairness.h"
+#include "strak/metrology/plane_of_points.h"
+#include "strak/solve/tube_minimizer.h"
+#include "strak/spline/knot_insertion.h"
+
+namespace strak {
+
+namespace {
+
+constexpr double kTheta = 0.05;     // weight of log bending against log variation
+constexpr double kSliding = 1e-3;   // weight of uneven speed
+constexpr double kRadius = 0.9998;  // of the tolerance: room for the width of the certificate
+constexpr int kHalvings = 2;        // of the spans of the difference
+
+CurveFigures figuresOf(const Curve& curve) {
+  FairnessOptions accurate;
+  accurate.relativeError = 1e-6;
+  const CurveFairness fairness = curveFairness(curve, accurate);
+  return {fairness.length, fairness.bending, fairness.curvatureVariation, countCurvatureExtrema(curve)};
+}
+
+// The displacements of the refined difference, row by row, in the unknowns.
+std::vector<TubeRow> tubeRows(const Curve& curve, const PointMap& map) {
+  const KnotVector& knots = curve.knots(0);
+  std::vector<double> more;
+  constexpr int kParts = 1 << kHalvings;
+  for (const Index s : knots.spans()) {
+    for (int k = 1; k < kParts; ++k) more.push_back(std::lerp(knots[s], knots[s + 1], static_cast<double>(k) / kParts));
+  }
+  const Eigen::SparseMatrix<double, Eigen::RowMajor> refinement = refinementMatrix(knots, withKnots(knots, more));
+  const Eigen::VectorXd weights = curve.isRational() ? Eigen::VectorXd(curve.net().col(curve.net().cols() - 1))
+                                                     : Eigen::VectorXd::Ones(curve.net().rows());
+  const Eigen::VectorXd refined = refinement * weights;
+  std::vector<TubeRow> rows;
+  for (Index r = 0; r < refinement.rows(); ++r) {
+    std::vector<std::pair<Index, double>> entries;
+    for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(refinement, r); it; ++it) {
+      const double factor = it.value() * weights[it.col()] / refined[r];
+      for (const auto& [unknown, part] : map.rows[static_cast<std::size_t>(it.col())]) {
+        entries.push_back({unknown, factor * part});
+      }
+    }
+    std::sort(entries.begin(), entries.end());
+    TubeRow row;
+    for (const auto& [unknown, factor] : entries) {
+      if (!row.points.empty() && row.points.back() == unknown) {
+        row.coefficients.back() += factor;
+      } else {
+        row.points.push_back(unknown);
+        row.coefficients.push_back(factor);
+      }
+    }
+    if (!row.points.empty()) rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+Curve displaced(const Curve& curve, const Net& displacement) {
+  Curve result = curve;
+  const Index columns = curve.pointDimension();
+  for (Index i = 0; i < displacement.rows(); ++i) {
+    if (displacement.row(i).isZero(0)) continue;
+    const double weight = curve.isRational() ? curve.net()(i, columns) : 1;
+    result.net().row(i).head(columns) += weight * displacement.row(i);
+  }
+  return result;
+}
+
+// A curve of the plane with the same geometry.
+Curve flattened(const Curve& curve, const PointPlane& plane) {
+  Net net(curve.net().rows(), curve.isRational() ? 3 : 2);
+  net.leftCols(2) = (curve.euclideanNet().rowwise() - plane.origin.transpose()) * plane.axes.transpose();
+  if (!curve.isRational()) return {curve.knots(), std::move(net)};
+  net.col(2) = curve.net().col(3);
+  for (Index i = 0; i < net.rows(); ++i) net.row(i).head(2) *= net(i, 2);
+  return {curve.knots(), std::move(net), true};
+}
+
+class Fairer {
+ public:
+  Fairer(const Curve& curve, const ExactCurveFairingOptions& options)
+      : curve_(curve),
+        options_(options),
+        map_(unknownsOf(curve, options.held, options.seamContinuity)),
+        energy_(curve, map_, options.seamContinuity >= 0 && options.seamContinuity < 2),
+        before_(figuresOf(curve)),
+        start_(energy_.values(Points::Zero(map_.unknowns, energy_.dimension()))) {
+    if (!std::isfinite(start_.bending + start_.variation)) {
+      throw InvalidInput("the curve stands still somewhere (its derivative vanishes): it has no curvature to make fair");
+    }
+  }
+
+  Index unknowns() const { return map_.unknowns; }
+  const CurveFigures& before() const { return before_; }
+  Index steps() const { return steps_; }
+  Net displacement(const Points& y) const { return map_.apply(y); }
+
+  // Straight lines and circles have nothing to gain.
+  bool isPerfect() const {
+    const double length = before_.length;
+    return !(start_.variation * length * length > 1e-10 * start_.bending) || !(start_.bending * length > 1e-16);
+  }
+
+  struct Outcome {
+    Points y;
+    CurveFigures figures;
+    StopReason stop = StopReason::gain;
+  };
+
+  // Gauss-Newton from `from`. With `wrongWay` > 0 the prescribed signs count.
+  Outcome descend(const Points& from, double wrongWay, Index maxSteps, Index wantedExtrema) {
+    if (!tube_) prepare();
+    Outcome best{from, figuresAt(from), StopReason::steps};
+    Points y = from;
+    CurveEnergyValues values = energy_.values(y);
+    double damping = 1e-6, theta = kTheta;
+    int quiet = 0, turns = 0;
+    for (Index step = 0; step < maxSteps; ++step) {
+      if (!options_.progress.report(-1, "fairing a curve")) {
+        best.stop = StopReason::cancelled;
+        return best;
+      }
+      const CurveEnergyValues weights{theta / values.bending, 1 / values.variation, kSliding * energy_.length(),
+                                      wrongWay / energy_.length()};
+      Points gradient;
+      energy_.linearize(y, weights, *h_, gradient);
+      const Eigen::VectorXd diagonal = h_->meanDiagonal();
+      const double floor = 1e-15 * diagonal.maxCoeff();
+      const PointMatrix undamped = *h_;
+      bool moved = false, blocked = false;
+      for (int attempt = 0; attempt < 12 && !moved; ++attempt) {
+        *h_ = undamped;
+        h_->addToDiagonal((damping * diagonal).array() + floor);
+        const auto inner = tube_->minimize(*h_, gradient, y);
+        ++steps_;
+        if (!inner.solved) {
+          damping = std::max(1e-10, damping * 10);
+          continue;
+        }
+        const Points move = inner.y - y;
+        const double predicted = predictedDecrease(undamped, gradient, move);
+        const double reach = largestRow(tube_->rows(), move) / options_.tolerance;
+        double length = 1;
+        for (int cut = 0; cut < 4 && !moved; ++cut, length *= 0.4) {
+          const Points candidate = y + length * move;
+          const CurveEnergyValues next = energy_.values(candidate);
+          const double decrease = merit(values, theta, wrongWay) - merit(next, theta, wrongWay);
+          if (!(decrease >= 0.05 * length * predicted - 1e-12)) continue;
+          if (!allowed(next)) {
+            blocked = true;
+            continue;
+          }
+          const CurveFigures figures = figuresAt(candidate);
+          if (!withinInput(figures)) {
+            blocked = true;
+            continue;
+          }
+          moved = true;
+          y = candidate;
+          values = next;
+          if (figures.extrema <= std::max(best.figures.extrema, wantedExtrema) ) {
+            best.y = y;
+            best.figures = figures;
+          }
+          const bool still = std::isfinite(options_.tolerance) ? length * reach < 2e-3 : decrease < 1e-7;
+          quiet = still || decrease < 1e-9 ? quiet + 1 : 0;
+          damping = length == 1 ? damping / 10 : damping;
+          if (damping < 1e-13) damping = 0;
+        }
+        if (!moved) {
+          if (predicted < 1e-9) return finish(best, StopReason::gain);
+          if (blocked && turns < 4) {
+            // A figure of the input would be exceeded: more weight on what grew.
+            theta *= 4;
+            ++turns;
+            break;
+          }
+          damping = std::max(1e-10, damping * 30);
+        }
+      }
+      if (quiet >= 2) return finish(best, StopReason::gain);
+      if (!moved && !(blocked && turns < 4)) return finish(best, StopReason::precision);
+    }
+    return best;
+  }
+
+  // No more than `wanted` extrema, or as few as possible.
+  Outcome reduceExtrema(const Outcome& from, Index wanted) {
+    Outcome best = from;
+    for (Index target = wanted; target < best.figures.extrema; ++target) {
+      Outcome trial = best;
+      for (double weight = 1e-2; weight < 1e7 && trial.figures.extrema > target; weight *= 10) {
+        prescribe(curveAt(trial.y), target);
+        Outcome next = descend(trial.y, weight, 6, trial.figures.extrema);
+        if (next.stop == StopReason::cancelled) return next;
+        trial = std::move(next);
+      }
+      if (trial.figures.extrema < best.figures.extrema) best = std::move(trial);
+    }
+    return best;
+  }
+
+ private:
+  void prepare() {
+    auto rows = tubeRows(curve_, map_);
+    auto cliques = energy_.cliques();
+    for (const TubeRow& row : rows) cliques.push_back(row.points);
+    h_.emplace(map_.unknowns, energy_.dimension(), cliques);
+    tube_.emplace(std::move(rows), kRadius * options_.tolerance, *h_);
+  }
+
+  Outcome finish(Outcome outcome, StopReason reason) const {
+    outcome.stop = reason;
+    return outcome;
+  }
+
+  double merit(const CurveEnergyValues& v, double theta, double wrongWay) const {
+    return std::log(v.variation) + theta * std::log(v.bending) + kSliding * energy_.length() * v.sliding +
+           wrongWay / energy_.length() * v.wrongWay;
+  }
+
+  static double predictedDecrease(const PointMatrix& h, const Points& gradient, const Points& move) {
+    const Eigen::Map<const Eigen::VectorXd> flat(move.data(), move.size());
+    return -gradient.cwiseProduct(move).sum() - flat.dot(h.product(flat)) / 2;
+  }
+
+  // Quadrature's own figures first: they are cheap.
+  bool allowed(const CurveEnergyValues& v) const {
+    constexpr double kSlack = 1e-9;
+    return v.bending <= (1 + kSlack) * start_.bending && v.variation <= (1 + kSlack) * start_.variation;
+  }
+
+  bool withinInput(const CurveFigures& f) const {
+    constexpr double kSlack = 1e-9;
+    return f.bending <= (1 + kSlack) * before_.bending &&
+           f.curvatureVariation <= (1 + kSlack) * before_.curvatureVariation;
+  }
+
+  Curve curveAt(const Points& y) const { return displaced(curve_, map_.apply(y)); }
+  CurveFigures figuresAt(const Points& y) const { return figuresOf(curveAt(y)); }
+
+  void prescribe(const Curve& curve, Index extrema) {
+    const CurvatureProfile profile = mostSignificant(curvatureProfile(curve), extrema);
+    std::vector<int> signs;
+    signs.reserve(energy_.parameters().size());
+    for (const double u : energy_.parameters()) signs.push_back(direction(profile, u));
+    energy_.prescribe(std::move(signs));
+  }
+
+  const Curve& curve_;
+  const ExactCurveFairingOptions& options_;
+  PointMap map_;
+  CurveEnergy energy_;
+  CurveFigures before_;
+  CurveEnergyValues start_;
+  std::optional<PointMatrix> h_;
+  std::optional<TubeMinimizer> tube_;
+  Index steps_ = 0;
+};
+
+void check(const Curve& curve, const ExactCurveFairingOptions& options) {
+  if (!(options.tolerance >= 0)) throw InvalidInput("the tolerance of fairing must be a number not below zero");
+  const auto n = static_cast<std::size_t>(curve.net().rows());
+  const bool endsHeld = options.held.size() == n && options.held.front() != 0 && options.held.back() != 0;
+  if (!std::isfinite(options.tolerance) && !endsHeld) {
+    throw InvalidInput(
+        "without a tolerance nothing would keep the curve in its place: give a tolerance, or hold points at both ends");
+  }
+}
+
+bool sameFairness(const CurveFigures& before, const CurveFigures& after) {
+  return after.extrema >= before.extrema && after.curvatureVariation > 0.5 * before.curvatureVariation;
+}
+
+}  // namespace
+
+ExactCurveFairing fairCurveExactly(const Curve& curve, const ExactCurveFairingOptions& options) {
+  const double begun = threadSeconds();
+  check(curve, options);
+  // A planar curve in space is faired in its plane: fewer unknowns, a curvature with a sign, and it stays planar.
+  std::optional<PointPlane> plane;
+  if (curve.pointDimension() == 3) plane = planeOfPoints(curve.euclideanNet());
+  const Curve flat = plane ? flattened(curve, *plane) : curve;
+  Fairer fairer(flat, options);
+  ExactCurveFairing result;
+  result.spline = curve;
+  result.before = result.after = fairer.before();
+  FairingSummary& summary = result.summary;
+  summary.energyBefore = summary.energyAfter = result.before.curvatureVariation;
+  summary.gap = std::numeric_limits<double>::infinity();
+  summary.freePoints = fairer.unknowns();
+  result.extremaReached = options.maxExtrema < 0 || result.before.extrema <= options.maxExtrema;
+  if (fairer.unknowns() == 0 || options.tolerance == 0) {
+    summary.stopReason = StopReason::nothingFree;
+  } else if (fairer.isPerfect()) {
+    summary.stopReason = StopReason::gain;
+    result.alreadyFair = true;
+  } else {
+    auto outcome = fairer.descend(Points::Zero(fairer.unknowns(), flat.pointDimension()), 0, options.maxSteps,
+                                  result.before.extrema);
+    const bool wish = options.maxExtrema >= 0 && outcome.figures.extrema > options.maxExtrema;
+    if (wish && outcome.stop != StopReason::cancelled) {
+      outcome = fairer.reduceExtrema(outcome, options.maxExtrema);
+    }
+    summary.stopReason = outcome.stop;
+    summary.steps = fairer.steps();
+    result.alreadyFair = options.leaveFair && sameFairness(result.before, outcome.figures);
+    if (!result.alreadyFair) {
+      Net displacement = fairer.displacement(outcome.y);
+      if (plane) displacement = displacement * plane->axes;
+      result.spline = displaced(curve, displacement);
+      result.deviation = certifyDeviation(curve, result.spline);
+      result.after = outcome.figures;
+      summary.energyAfter = result.after.curvatureVariation;
+      summary.largestMove = displacement.rowwise().norm().maxCoeff();
+      if (!(result.deviation.upper <= options.tolerance)) throw Failure("the certified deviation of a faired curve exceeds its tolerance");
+    }
+  }
+  result.extremaReached = options.maxExtrema < 0 || result.after.extrema <= options.maxExtrema;
+  summary.seconds = threadSeconds() - begun;
+  return result;
+}
+
+}  // namespace strak
