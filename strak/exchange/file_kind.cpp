@@ -47,6 +47,8 @@ const char* fileKindName(FileKind kind) {
       return "g2";
     case FileKind::json:
       return "JSON";
+    case FileKind::points:
+      return "points";
   }
   return "unknown";
 }
@@ -75,9 +77,10 @@ FileKind fileKindOfEnding(const std::filesystem::path& path) {
   if (ending == ".brep" || ending == ".brp") return FileKind::brep;
   if (ending == ".g2") return FileKind::g2;
   if (ending == ".json") return FileKind::json;
+  if (ending == ".dat" || ending == ".csv" || ending == ".txt" || ending == ".pcd") return FileKind::points;
   throw InvalidInput(
       fmt::format("'{}' has an ending this program does not know: use .stp, .step, .igs, .iges, .brep, "
-                  ".g2 or .json",
+                  ".g2 or .json, or .dat, .csv, .txt, .pcd for digitised curves",
                   path.string()));
 }
 
@@ -98,6 +101,10 @@ void writePlain(const std::filesystem::path& path, const std::vector<PlainObject
       return writeFile(path, formatG2(objects));
     case FileKind::json:
       return writeFile(path, formatJson({objects, unit}));
+    case FileKind::points:
+      throw InvalidInput(fmt::format(
+          "'{}': only a curve that was read from such a file can be written as its points: use .g2, .json, .step or .igs",
+          path.string()));
     default:
       return cad(path, kind).write(path, kind, objects, unit);
   }

@@ -13,9 +13,9 @@
 
 namespace strak {
 
-enum class FileKind { step, iges, brep, g2, json };
+enum class FileKind { step, iges, brep, g2, json, points };
 
-// "STEP", "IGES", "BREP", "g2", "JSON".
+// "STEP", "IGES", "BREP", "g2", "JSON", "points" (digitised curves: .dat, .csv, .txt, .pcd).
 const char* fileKindName(FileKind kind);
 
 // By how a file begins; nothing if it looks like none of them.

@@ -6,6 +6,7 @@
 
 #include "strak/base/error.h"
 #include "strak/base/file.h"
+#include "strak/exchange/digitised_model.h"
 #include "strak/exchange/face_edges.h"
 #include "strak/exchange/file_kind.h"
 #include "strak/exchange/g2.h"
@@ -117,6 +118,15 @@ class PlainModel : public Model {
   std::vector<Object> objects_;
 };
 
+// By content, then by ending. A table of numbers may begin like a .g2 file: there the ending decides.
+FileKind fileKindOf(const std::string& text, const std::filesystem::path& path) {
+  const auto byContent = fileKindOfContent(text);
+  if (!byContent) return fileKindOfEnding(path);
+  const std::string ending = path.extension().string();
+  const bool table = ending == ".csv" || ending == ".dat";
+  return *byContent == FileKind::g2 && table ? FileKind::points : *byContent;
+}
+
 }  // namespace
 
 void Model::convertAnalytic(const std::vector<Index>& which) {
@@ -126,10 +136,10 @@ void Model::convertAnalytic(const std::vector<Index>& which) {
 std::unique_ptr<Model> readModel(const std::filesystem::path& path) {
   const std::string text = readFile(path);
   if (text.empty()) throw InvalidInput(fmt::format("'{}' is empty", path.string()));
-  const auto byContent = fileKindOfContent(text);
-  const FileKind kind = byContent ? *byContent : fileKindOfEnding(path);
-  if (kind != FileKind::g2 && kind != FileKind::json) return readCad(path, kind);
+  const FileKind kind = fileKindOf(text, path);
+  if (kind != FileKind::g2 && kind != FileKind::json && kind != FileKind::points) return readCad(path, kind);
   try {
+    if (kind == FileKind::points) return digitisedModel(text, path);
     if (kind == FileKind::g2) return std::make_unique<PlainModel>(parseG2(text), kind, "");
     JsonContent content = parseJson(text);
     return std::make_unique<PlainModel>(std::move(content.objects), kind, content.unit);

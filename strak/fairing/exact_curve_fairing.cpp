@@ -21,6 +21,7 @@ namespace {
 constexpr double kTheta = 0.05;     // weight of log bending against log variation
 constexpr double kSliding = 1e-3;   // weight of uneven speed
 constexpr double kRadius = 0.9998;  // of the tolerance: room for the width of the certificate
+constexpr double kInnerGap = 1e-8;  // of the merit, a sum of logarithms
 constexpr int kHalvings = 2;        // of the spans of the difference
 
 CurveFigures figuresOf(const Curve& curve) {
@@ -142,7 +143,7 @@ class Fairer {
       for (int attempt = 0; attempt < 12 && !moved; ++attempt) {
         *h_ = undamped;
         h_->addToDiagonal((damping * diagonal).array() + floor);
-        const auto inner = tube_->minimize(*h_, gradient, y);
+        const auto inner = tube_->minimize(*h_, gradient, y, kInnerGap);
         ++steps_;
         if (!inner.solved) {
           damping = std::max(1e-10, damping * 10);
