@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 
+#include "apps/cli/fair_curve.h"
 #include "strak/metrology/trim_region.h"
 
 namespace strak::cli {
@@ -25,8 +26,7 @@ FairnessOptions fairnessOptions(Index points, const TrimRegion* visible) {
 }
 
 void measure(const Object&, const Curve& before, const Curve& after, FairedObject& entry) {
-  if (before.pointDimension() != 2 && before.pointDimension() != 3) return;
-  entry.plate = {curveFairness(before).bending, curveFairness(after).bending};
+  measureCurve(before, after, entry);
 }
 
 void measure(const Object& object, const Surface& before, const Surface& after, FairedObject& entry) {

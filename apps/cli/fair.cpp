@@ -12,6 +12,7 @@
 
 #include "apps/cli/commands.h"
 #include "apps/cli/console.h"
+#include "apps/cli/fair_curve.h"
 #include "apps/cli/fair_model.h"
 #include "apps/cli/interrupt.h"
 #include "apps/cli/joins.h"
@@ -29,7 +30,7 @@ struct FairArguments {
   std::string input, output, report;
   std::string tolerance, toleranceKind, hold = "g2", energy, scale;
   std::string join = "keep", method = "optimal", steps, gap, minGain = "0", maxChanges, pointsPerList = "1", faces,
-              threads;
+              threads, curvatureExtrema;
   std::string creaseAngle = "5";
   bool simplify = false, simplifyBorders = false, smoothKnots = false;
   bool noRefine = false, convertAnalytic = false, json = false, quiet = false;
@@ -66,6 +67,14 @@ std::string energyOf(const FairArguments& arguments) {
   return quadratic ? "thin-plate" : kExactEnergy;
 }
 
+Index wishedExtrema(const FairArguments& arguments) {
+  if (arguments.curvatureExtrema.empty()) return -1;
+  if (energyOf(arguments) != kExactEnergy) {
+    throw InvalidInput("--curvature-extrema needs --energy exact and the options that go with it");
+  }
+  return wholeNumber("--curvature-extrema", arguments.curvatureExtrema, 0);
+}
+
 JoinWish joinWish(const FairArguments& arguments) {
   if (arguments.join == "keep") return JoinWish::keep;
   if (energyOf(arguments) != kExactEnergy) {
@@ -78,7 +87,7 @@ JoinWish joinWish(const FairArguments& arguments) {
 
 CertifiedFairingOptions fairingOptions(const FairArguments& arguments, double modelSize) {
   CertifiedFairingOptions options;
-  options.method = fairingMethodNamed(arguments.method);
+  if (!isClassicalMethod(arguments.method)) options.method = fairingMethodNamed(arguments.method);
   if (!arguments.tolerance.empty()) options.tolerance = lengthOf("--tolerance", arguments.tolerance, modelSize);
   const bool exact = energyOf(arguments) == kExactEnergy;
   options.toleranceKind = arguments.toleranceKind.empty() ? (exact ? ToleranceKind::surface : ToleranceKind::points)
@@ -203,6 +212,7 @@ void fair(const FairArguments& arguments) {
                     static_cast<std::size_t>(wholeNumber("--threads", arguments.threads, 1)));
   }
   const KnotOptions knots = knotOptions(arguments);
+  wishedExtrema(arguments);
   fairingOptions(arguments, 1);  // the same for every other option
   requireWritable(arguments.output);
   fileKindOfEnding(arguments.output);
@@ -219,6 +229,8 @@ void fair(const FairArguments& arguments) {
   options.energy = energy;
   options.holdRows = rows;
   options.join = join;
+  if (isClassicalMethod(arguments.method)) options.curveMethod = arguments.method;
+  options.maxExtrema = wishedExtrema(arguments);
   options.refine = !arguments.noRefine;
   options.fairing = fairingOptions(arguments, model->size());
   options.knots = knots;
@@ -259,7 +271,8 @@ void addFair(CLI::App& program, const std::string& commandLine) {
   auto arguments = std::make_shared<FairArguments>();
   arguments->commandLine = commandLine;
   CLI::App* command = program.add_subcommand("fair", "Make curves, surfaces and volumes fair within a tolerance");
-  command->add_option("IN", arguments->input, "STEP, IGES, BREP, .g2 or JSON file")->required();
+  command->add_option("IN", arguments->input, "STEP, IGES, BREP, .g2, JSON or digitised curve (.dat, .csv, .txt, .pcd)")
+      ->required();
   command->add_option("-o,--output", arguments->output, "File to write (format by its ending); may be IN itself")
       ->required();
   command->add_option("--tolerance", arguments->tolerance,
@@ -289,7 +302,8 @@ void addFair(CLI::App& program, const std::string& commandLine) {
   command
       ->add_option("--method", arguments->method,
                    "optimal: the best surface within the tolerance; local: one control point at a time; "
-                   "local-literal: the same with the ranking as first published")
+                   "local-literal: the same with the ranking as first published; for curves, for comparison: "
+                   "eck-hadenfeld, eck-hadenfeld-3, farin-sapidis, farin-degree, kjellander (also for surfaces)")
       ->capture_default_str();
   command->add_option("--gap", arguments->gap,
                       "Quadratic energies: stop once certified to be this near to the least possible (1e-6)");
@@ -300,6 +314,8 @@ void addFair(CLI::App& program, const std::string& commandLine) {
   command
       ->add_option("--points-per-list", arguments->pointsPerList, "Local: points moved before the list is sorted again")
       ->capture_default_str();
+  command->add_option("--curvature-extrema", arguments->curvatureExtrema,
+                      "Curves: no more than so many curvature extrema, if the tolerance allows");
   command->add_option("--faces", arguments->faces, "Objects to fair: numbers, ranges and names, like 1,3-5,hood");
   command->add_flag("--convert-analytic", arguments->convertAnalytic,
                     "Make planes, cylinders and the like among --faces B-splines first, edges as they are");

@@ -13,6 +13,7 @@
 
 #include "apps/cli/console.h"
 #include "apps/cli/describe_result.h"
+#include "apps/cli/fair_curve.h"
 #include "apps/cli/fair_part.h"
 #include "apps/cli/model_editor.h"
 #include "strak/base/error.h"
@@ -171,6 +172,10 @@ void fairOne(const Model& model, const Job& job, const Spline<D>& spline, const 
              const Progress& progress, FairedObject& entry) {
   constexpr double kSolving = 0.85;    // the rest is for certifying and measuring
   constexpr double kRounding = 1e-12;  // of the energy
+  if constexpr (D < 3) {
+    const Object& object = objectAt(model, job.objects.front());
+    if (fairOtherwise(object, spline, rowsFor<D>(options.holdRows), options, progress, entry)) return;
+  }
   if constexpr (D == 2) {
     if (options.energy == kExactEnergy) {
       fairSurfaceExactly(model, job, spline, options, progress, entry);

@@ -27,6 +27,8 @@ struct FairModelOptions {
   bool refine = true;               // knots may be inserted where nothing is free
   KnotOptions knots;                // what is done to the knots before and after
   CertifiedFairingOptions fairing;  // its progress is not used
+  std::string curveMethod;          // a method for curves alone (fair_curve.h); empty: as `fairing` says
+  Index maxExtrema = -1;            // curvature extrema wished at most of a curve; negative: no wish
   bool showProgress = true;         // a bar on a terminal
   std::function<bool()> stopped;    // asked again and again; true ends the work with the best so far
 };

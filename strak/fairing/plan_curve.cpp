@@ -3,9 +3,12 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "strak/base/error.h"
 #include "strak/spline/basis.h"
+#include "strak/spline/knot_insertion.h"
+#include "strak/spline/knot_removal.h"
 
 namespace strak {
 
@@ -25,6 +28,57 @@ bool hasCrease(const Curve& curve) {
   const auto inner = curve.knots(0).innerKnots();
   return std::any_of(inner.begin(), inner.end(),
                      [&](const auto& knot) { return knot.multiplicity >= curve.degree(0); });
+}
+
+struct JoinedCurve {
+  Curve curve;
+  std::vector<double> breaks, inputBreaks;  // ends and smooth joins; empty if there are none
+};
+
+// At knots of multiplicity p the parameters of the pieces are free: those of the pieces behind a smooth join are
+// stretched until the speeds agree; then one knot less represents the same curve.
+JoinedCurve joinSmoothly(const Curve& curve) {
+  constexpr double kSmooth = 2e-4;  // radians
+  const KnotVector& knots = curve.knots(0);
+  const int p = knots.degree();
+  if (curve.isRational() || p < 2) return {curve, {}, {}};
+  JoinedCurve result{curve, {knots.from()}, {knots.from()}};
+  std::vector<double> mapped = knots.knots();
+  double stretch = 1;
+  std::size_t done = 0;  // knots before are mapped
+  double inputStart = knots.from(), start = knots.from();
+  const auto mapUpTo = [&](double end) {
+    for (; done < mapped.size() && mapped[done] <= end; ++done) {
+      mapped[done] = done < static_cast<std::size_t>(p) ? mapped[done] : start + stretch * (mapped[done] - inputStart);
+    }
+  };
+  for (const auto& knot : knots.innerKnots()) {
+    if (knot.multiplicity != p) continue;
+    const auto& all = knots.knots();
+    const Index first = std::lower_bound(all.begin(), all.end(), knot.value) - all.begin();
+    const Index corner = first - 1;
+    const double before = knot.value - knots[first - 1], after = knots[first + p] - knot.value;
+    const Point in = (curve.net().row(corner) - curve.net().row(corner - 1)) / before;
+    const Point out = (curve.net().row(corner + 1) - curve.net().row(corner)) / after;
+    const double slow = in.norm(), fast = out.norm();
+    if (!(slow > 0) || !(fast > 0) || (in / slow - out / fast).norm() > kSmooth) continue;
+    mapUpTo(knot.value);
+    start += stretch * (knot.value - inputStart);
+    inputStart = knot.value;
+    for (std::size_t i = done; i-- > 0 && knots.knots()[i] == knot.value;) mapped[i] = start;
+    stretch *= fast / slow;
+    result.breaks.push_back(start);
+    result.inputBreaks.push_back(knot.value);
+  }
+  if (result.breaks.size() == 1) return {curve, {}, {}};
+  const std::vector<double> joins(result.breaks.begin() + 1, result.breaks.end());
+  mapUpTo(std::numeric_limits<double>::infinity());
+  // Unclamped ends keep their outer knots in order; the end itself is where the last piece ends.
+  result.breaks.push_back(mapped[static_cast<std::size_t>(knots.size())]);
+  result.inputBreaks.push_back(knots.to());
+  const Curve stretched({KnotVector(p, mapped)}, curve.net());
+  result.curve = removeKnots(stretched, 0, joins).spline;
+  return result;
 }
 
 }  // namespace
@@ -56,15 +110,16 @@ int seamContinuity(const Curve& curve) {
 }
 
 CurvePlan planCurve(const Curve& curve, const std::array<Index, 2>& rows, bool refine) {
-  const int continuity = seamContinuity(curve);
-  const bool smooth = continuity >= std::min(2, curve.degree(0) - 1) && continuity >= 1 && !hasCrease(curve);
+  const JoinedCurve joined = joinSmoothly(curve);
+  const int continuity = seamContinuity(joined.curve);
+  const bool smooth = continuity >= std::min(2, curve.degree(0) - 1) && continuity >= 1 && !hasCrease(joined.curve);
   FairingPlanOptions<1> options;
   options.rows = rows;
   options.energyOrder = 2;
   options.refine = refine && !smooth;
-  auto plan = planFairing(curve, options);
-  CurvePlan result{std::move(plan.spline), std::move(plan.held),  -1, plan.freePoints, plan.knotsInserted,
-                   std::move(plan.notes),  std::move(plan.leftAlone)};
+  auto plan = planFairing(joined.curve, options);
+  CurvePlan result{std::move(plan.spline), std::move(plan.held),      -1,    plan.freePoints, plan.knotsInserted,
+                   std::move(plan.notes),  std::move(plan.leftAlone), curve, joined.breaks,   joined.inputBreaks};
   if (smooth) {
     result.seamContinuity = continuity;
     result.held.clear();
@@ -72,6 +127,43 @@ CurvePlan planCurve(const Curve& curve, const std::array<Index, 2>& rows, bool r
     result.notes = {"closed: the seam moves with the curve and stays as smooth as it was"};
     result.freePoints = unknownsOf(result.spline, {}, continuity).unknowns;
     if (result.freePoints == 0) result.leftAlone = "its seam leaves no control point free";
+  }
+  return result;
+}
+
+Curve CurvePlan::onInput(const Curve& faired) const {
+  if (breaks.empty()) return faired;
+  // Knots back to the input's parameters, and where pieces join their full multiplicity again.
+  const auto back = [&](double u) {
+    const auto place = std::lower_bound(breaks.begin(), breaks.end(), u);
+    if (place == breaks.end()) return inputBreaks.back();
+    const auto i = static_cast<std::size_t>(place - breaks.begin());
+    if (*place == u || i == 0) return inputBreaks[i];
+    const double part = (u - breaks[i - 1]) / (breaks[i] - breaks[i - 1]);
+    const double value = std::lerp(inputBreaks[i - 1], inputBreaks[i], part);
+    // A knot of the input comes back to the bit.
+    constexpr double kSame = 1e-10;
+    const auto& own = input.knots(0).knots();
+    const auto near = std::min_element(own.begin(), own.end(), [&](double a, double b) {
+      return std::abs(a - value) < std::abs(b - value);
+    });
+    return std::abs(*near - value) <= kSame * input.knots(0).length() ? *near : value;
+  };
+  const int p = faired.degree(0);
+  std::vector<double> more, inserted;
+  for (std::size_t i = 1; i + 1 < breaks.size(); ++i) {
+    more.insert(more.end(), static_cast<std::size_t>(std::max(0, p - faired.knots(0).multiplicity(breaks[i]))), breaks[i]);
+  }
+  const KnotVector full = withKnots(faired.knots(0), more);
+  for (const auto& knot : full.innerKnots()) {
+    const double value = back(knot.value);
+    const int missing = knot.multiplicity - input.knots(0).multiplicity(value);
+    inserted.insert(inserted.end(), static_cast<std::size_t>(std::max(0, missing)), value);
+  }
+  Curve result = insertKnots(input, 0, inserted);
+  const Net moved = refinementMatrix(faired.knots(0), full) * Net(faired.net() - spline.net());
+  for (Index i = 0; i < moved.rows(); ++i) {
+    if (!moved.row(i).isZero(0)) result.net().row(i) += moved.row(i);
   }
   return result;
 }

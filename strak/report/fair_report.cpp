@@ -20,6 +20,10 @@ Json fairness(const SurfaceFairness& f) {
           {"relative_error", f.relativeError}};
 }
 
+Json fairness(const CurveFairness& f) {
+  return {{"length", f.length}, {"bending", f.bending}, {"curvature_variation", f.curvatureVariation}};
+}
+
 Json objectJson(const FairedObject& object) {
   Json json{{"name", object.name}, {"kind", object.kind}, {"degree", object.degree}, {"points", object.points}};
   json["left_alone"] = object.leftAlone.empty() ? Json(nullptr) : Json(object.leftAlone);
@@ -30,6 +34,10 @@ Json objectJson(const FairedObject& object) {
   json["plate"] = beforeAfter(object.plate);
   if (object.fairnessBefore && object.fairnessAfter)
     json["fairness"] = {{"before", fairness(*object.fairnessBefore)}, {"after", fairness(*object.fairnessAfter)}};
+  if (object.curve) {
+    json["curve"] = {{"before", fairness(object.curve->before)}, {"after", fairness(object.curve->after)}};
+    json["curvatureExtrema"] = {{"before", object.curve->extremaBefore}, {"after", object.curve->extremaAfter}};
+  }
   json["deviation"] = {{"control_points", object.controlPointMove},
                        {"lower", object.deviationLower},
                        {"certified", object.deviationUpper}};

@@ -14,6 +14,12 @@
 
 namespace strak {
 
+// What became of a curve of the plane or of space.
+struct CurveChange {
+  CurveFairness before, after;
+  Index extremaBefore = 0, extremaAfter = 0;  // counted by curvatureProfile
+};
+
 // One object of the file: what it was, what became of it.
 struct FairedObject {
   std::string name, kind;                           // as in Object
@@ -28,6 +34,7 @@ struct FairedObject {
   FairingSummary summary;          // energies, gap, steps, stop reason, seconds
   BeforeAfter plate;               // the exact bending energy: int k1^2 + k2^2 dA, of curves int k^2 ds
   std::optional<SurfaceFairness> fairnessBefore, fairnessAfter;  // of surfaces in space
+  std::optional<CurveChange> curve;                              // of curves of the plane and of space
   double deviationLower = 0;    // certified: the largest distance really reached and ...
   double deviationUpper = 0;    // ... the bound that none exceeds, model units
   double controlPointMove = 0;  // largest move of a control point
@@ -72,7 +79,7 @@ std::string fairReportHtml(const FairReport& report);
 // One JSON object: version, command, inputs, output, unit, size, tolerance, tolerance_kind, objects, audit, joins,
 // seconds.
 // An object: name, kind, degree, points, left_alone or null, notes and, if it was faired, energy {name, before, after},
-// plate {before, after}, deviation {control_points, lower, certified}, held_max_move, steps, gap, stop_reason, seconds;
+// plate {before, after}, of curves also curve {before, after} and curvatureExtrema {before, after}, deviation {control_points, lower, certified}, held_max_move, steps, gap, stop_reason, seconds;
 // with --simplify also simplified {knotsRemoved, pointsBefore, pointsAfter}, with --smooth-knots smoothed_knots
 // {smoothed, kept, deviation}.
 // A join: edge, faces (object numbers from 1), gap, angle (degrees), curvature, angle_rms, curvature_rms, kind, each
