@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "strak/report/curve_diagrams.h"
 #include "strak/report/fair_report.h"
 #include "strak/report/page.h"
 #include "strak/report/picture.h"
@@ -366,7 +367,7 @@ std::string fairReportHtml(const FairReport& report) {
     model.start = options;
     data = viewerData(model, whole);
     body += viewerMarkup();
-    body += drawings(report, before, after, whole, options);
+    body += drawings(report, before, after, whole, options) + curveDiagrams(report);
   }
   body += fairnessTable(report) + proofTable(report) + joinsTable(report) + leftAloneTable(report) +
           auditTable(report) + origin(report);
