@@ -77,15 +77,16 @@ struct Scale {
     return bottom - (bent(v) - bent(low)) / (bent(high) - bent(low)) * (bottom - top);
   }
   std::vector<double> marks() const {
-    std::vector<double> list{0};
+    std::vector<double> list;
     if (unit > 0) {
+      list.push_back(0);
       for (double m = std::pow(10, std::ceil(std::log10(unit))); m < std::max(high, -low); m *= 10) {
         list.push_back(m);
         list.push_back(-m);
       }
     } else {
       const double step = std::pow(10, std::floor(std::log10(high - low)));
-      for (double m = std::ceil(low / step) * step; m <= high; m += step) list.push_back(m);
+      for (double i = std::ceil(low / step); i * step <= high; ++i) list.push_back(i * step);
     }
     list.erase(std::remove_if(list.begin(), list.end(), [&](double m) { return m < low || m > high; }), list.end());
     return list;
