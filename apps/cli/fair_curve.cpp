@@ -44,7 +44,7 @@ void fairExactly(const Object& object, const Curve& curve, const std::array<Inde
   entry.energyName = kExactEnergy;
   if (faired.alreadyFair) {
     entry.notes = {fmt::format("already fair: within the tolerance none of its {} curvature extrema disappears and its "
-                               "curvature variation cannot be halved; left as it was",
+                               "curvature variation does not fall below a fifth; left as it was",
                                faired.before.extrema)};
   }
   enter(object, curve, plan.onInput(faired.spline), faired.summary, entry);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "strak/base/cpu_time.h"
 #include "strak/base/error.h"
@@ -120,7 +121,7 @@ class Fairer {
   };
 
   // Gauss-Newton from `from`. With `wrongWay` > 0 the prescribed signs count.
-  Outcome descend(const Points& from, double wrongWay, Index maxSteps, Index wantedExtrema) {
+  Outcome descend(const Points& from, double wrongWay, Index maxSteps) {
     if (!tube_) prepare();
     Outcome best{from, figuresAt(from), StopReason::steps};
     Points y = from;
@@ -170,10 +171,9 @@ class Fairer {
           moved = true;
           y = candidate;
           values = next;
-          if (figures.extrema <= std::max(best.figures.extrema, wantedExtrema) ) {
-            best.y = y;
-            best.figures = figures;
-          }
+          best.y = y;
+          best.figures = figures;
+          remember(best);
           const bool still = std::isfinite(options_.tolerance) ? length * reach < 2e-3 : decrease < 1e-7;
           quiet = still || decrease < 1e-9 ? quiet + 1 : 0;
           damping = length == 1 ? damping / 10 : damping;
@@ -196,21 +196,30 @@ class Fairer {
     return best;
   }
 
-  // No more than `wanted` extrema, or as few as possible.
+  // No more than `wanted` extrema, or as few as bisection finds.
   Outcome reduceExtrema(const Outcome& from, Index wanted) {
     Outcome best = from;
-    for (Index target = wanted; target < best.figures.extrema; ++target) {
+    Index low = wanted;
+    for (Index target = wanted; low < best.figures.extrema; target = std::midpoint(low, best.figures.extrema - 1)) {
       Outcome trial = best;
       for (double weight = 1e-2; weight < 1e7 && trial.figures.extrema > target; weight *= 10) {
         prescribe(curveAt(trial.y), target);
-        Outcome next = descend(trial.y, weight, 6, trial.figures.extrema);
-        if (next.stop == StopReason::cancelled) return next;
-        trial = std::move(next);
+        trial = descend(trial.y, weight, 6);
+        if (trial.stop == StopReason::cancelled) break;
       }
-      if (trial.figures.extrema < best.figures.extrema) best = std::move(trial);
+      const bool reached = trial.figures.extrema <= target;
+      if (trial.figures.extrema < best.figures.extrema) best = trial;
+      if (trial.stop == StopReason::cancelled) {
+        best.stop = StopReason::cancelled;
+        break;
+      }
+      if (!reached) low = target + 1;
     }
     return best;
   }
+
+  // The fairest on the way that had no more extrema than the input; the input itself if there was none.
+  const std::optional<Outcome>& admissible() const { return admissible_; }
 
  private:
   void prepare() {
@@ -224,6 +233,12 @@ class Fairer {
   Outcome finish(Outcome outcome, StopReason reason) const {
     outcome.stop = reason;
     return outcome;
+  }
+
+  void remember(const Outcome& outcome) {
+    if (outcome.figures.extrema > before_.extrema) return;
+    const bool fairer = !admissible_ || outcome.figures.curvatureVariation < admissible_->figures.curvatureVariation;
+    if (fairer) admissible_ = outcome;
   }
 
   double merit(const CurveEnergyValues& v, double theta, double wrongWay) const {
@@ -267,6 +282,7 @@ class Fairer {
   CurveEnergyValues start_;
   std::optional<PointMatrix> h_;
   std::optional<TubeMinimizer> tube_;
+  std::optional<Outcome> admissible_;
   Index steps_ = 0;
 };
 
@@ -281,7 +297,8 @@ void check(const Curve& curve, const ExactCurveFairingOptions& options) {
 }
 
 bool sameFairness(const CurveFigures& before, const CurveFigures& after) {
-  return after.extrema >= before.extrema && after.curvatureVariation > 0.5 * before.curvatureVariation;
+  constexpr double kReshaped = 0.2;  // a nose made rounder within the tolerance gives less than this, noise much more
+  return after.extrema >= before.extrema && after.curvatureVariation > kReshaped * before.curvatureVariation;
 }
 
 }  // namespace
@@ -308,13 +325,15 @@ ExactCurveFairing fairCurveExactly(const Curve& curve, const ExactCurveFairingOp
     summary.stopReason = StopReason::gain;
     result.alreadyFair = true;
   } else {
-    auto outcome = fairer.descend(Points::Zero(fairer.unknowns(), flat.pointDimension()), 0, options.maxSteps,
-                                  result.before.extrema);
-    const bool wish = options.maxExtrema >= 0 && outcome.figures.extrema > options.maxExtrema;
-    if (wish && outcome.stop != StopReason::cancelled) {
-      outcome = fairer.reduceExtrema(outcome, options.maxExtrema);
+    const Points start = Points::Zero(fairer.unknowns(), flat.pointDimension());
+    auto outcome = fairer.descend(start, 0, options.maxSteps);
+    const Index most = options.maxExtrema >= 0 ? std::min(options.maxExtrema, result.before.extrema) : result.before.extrema;
+    const StopReason stop = outcome.stop;
+    if (outcome.figures.extrema > most && stop != StopReason::cancelled) outcome = fairer.reduceExtrema(outcome, most);
+    summary.stopReason = outcome.stop == StopReason::cancelled ? outcome.stop : stop;
+    if (outcome.figures.extrema > result.before.extrema) {
+      outcome = fairer.admissible().value_or(Fairer::Outcome{start, result.before, stop});
     }
-    summary.stopReason = outcome.stop;
     summary.steps = fairer.steps();
     result.alreadyFair = options.leaveFair && sameFairness(result.before, outcome.figures);
     if (!result.alreadyFair) {

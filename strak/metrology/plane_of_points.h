@@ -2,7 +2,7 @@
 //
 // The plane in which points of space lie, if they lie in one.
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <optional>
 
 #include "strak/spline/spline.h"
