@@ -36,7 +36,8 @@ std::string curvePicture(const std::string& kind, const std::vector<Object>& obj
   if (curve == nullptr) throw InvalidInput(fmt::format("--kind {} draws curves, and there is none", kind));
   if (kind == "k-orthotomic") return orthotomicSvg(*curve, options);
   if (kind == "curvature-plot") return curvaturePlotSvg(*curve, before, options);
-  if (before == nullptr) throw InvalidInput("--kind tolerance-band compares with another file: name it with --reference");
+  if (before == nullptr)
+    throw InvalidInput("--kind tolerance-band compares with another file: name it with --reference");
   return tolerancePlotSvg(*curve, *before, options);
 }
 

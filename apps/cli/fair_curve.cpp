@@ -25,8 +25,8 @@ void enter(const Object& object, const Spline<D>& input, Spline<D> result, const
   describeResult(object, input, moved ? std::move(result) : input, summary, deviation, entry);
 }
 
-void fairExactly(const Object& object, const Curve& curve, const std::array<Index, 2>& rows, const FairModelOptions& options,
-                 const Progress& progress, FairedObject& entry) {
+void fairExactly(const Object& object, const Curve& curve, const std::array<Index, 2>& rows,
+                 const FairModelOptions& options, const Progress& progress, FairedObject& entry) {
   const CurvePlan plan = planCurve(curve, rows, options.refine);
   entry.notes.insert(entry.notes.end(), plan.notes.begin(), plan.notes.end());
   if (!plan.leftAlone.empty()) {
@@ -43,15 +43,16 @@ void fairExactly(const Object& object, const Curve& curve, const std::array<Inde
   const ExactCurveFairing faired = fairCurveExactly(plan.spline, exact);
   entry.energyName = kExactEnergy;
   if (faired.alreadyFair) {
-    entry.notes = {fmt::format("already fair: within the tolerance none of its {} curvature extrema disappears and its "
-                               "curvature variation does not fall below a fifth; left as it was",
-                               faired.before.extrema)};
+    entry.notes = {
+        fmt::format("already fair: within the tolerance none of its {} curvature extrema disappears and its "
+                    "curvature variation does not fall below a fifth; left as it was",
+                    faired.before.extrema)};
   }
   enter(object, curve, plan.onInput(faired.spline), faired.summary, entry);
   if (!faired.extremaReached) {
-    entry.notes.push_back(fmt::format(
-        "the tolerance does not allow {} curvature extrema: {} are the fewest that were reached", options.maxExtrema,
-        faired.after.extrema));
+    entry.notes.push_back(
+        fmt::format("the tolerance does not allow {} curvature extrema: {} are the fewest that were reached",
+                    options.maxExtrema, faired.after.extrema));
   }
 }
 
@@ -82,8 +83,8 @@ bool isClassicalMethod(const std::string& name) {
          name == "kjellander";
 }
 
-bool fairOtherwise(const Object& object, const Curve& spline, const std::array<Index, 2>& rows, const FairModelOptions& options,
-                   const Progress& progress, FairedObject& entry) {
+bool fairOtherwise(const Object& object, const Curve& spline, const std::array<Index, 2>& rows,
+                   const FairModelOptions& options, const Progress& progress, FairedObject& entry) {
   const std::string& method = options.curveMethod;
   if (method.empty()) {
     const bool exact = options.energy == kExactEnergy && spline.degree(0) > 1 &&
@@ -116,12 +117,12 @@ bool fairOtherwise(const Object& object, const Curve& spline, const std::array<I
   return true;
 }
 
-bool fairOtherwise(const Object& object, const Surface& spline, const std::array<Index, 4>& rows, const FairModelOptions& options,
-                   const Progress& progress, FairedObject& entry) {
+bool fairOtherwise(const Object& object, const Surface& spline, const std::array<Index, 4>& rows,
+                   const FairModelOptions& options, const Progress& progress, FairedObject& entry) {
   if (options.curveMethod.empty()) return false;
   if (options.curveMethod != "kjellander") {
-    throw InvalidInput(fmt::format("--method {} is for curves: surfaces have kjellander, optimal and local",
-                                   options.curveMethod));
+    throw InvalidInput(
+        fmt::format("--method {} is for curves: surfaces have kjellander, optimal and local", options.curveMethod));
   }
   if (!entry.trims.empty()) {
     entry.leftAlone = "Kjellander's method redraws whole surfaces, and this face has edges of its own";
@@ -141,7 +142,7 @@ bool fairOtherwise(const Object& object, const Surface& spline, const std::array
 void measureCurve(const Curve& before, const Curve& after, FairedObject& entry) {
   if (before.pointDimension() != 2 && before.pointDimension() != 3) return;
   const CurveChange change{curveFairness(before), curveFairness(after), countCurvatureExtrema(before),
-                     countCurvatureExtrema(after)};
+                           countCurvatureExtrema(after)};
   entry.plate = {change.before.bending, change.after.bending};
   entry.curve = change;
 }

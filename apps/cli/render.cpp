@@ -112,10 +112,14 @@ void addRender(CLI::App& program, const std::string& commandLine) {
   command->add_option("IN", arguments->input, "STEP, IGES, BREP, .g2, JSON or digitised curve")->required();
   command->add_option("-o,--output", arguments->output, "OUT.svg (lines, hidden ones removed) or OUT.html (to turn)")
       ->required();
-  command->add_option("--kind", arguments->kind, "isophotes, zebra, isolines, combs, gaussian, mean or deviation; of the first curve: curvature-plot, "
-                   "tolerance-band, k-orthotomic")
+  command
+      ->add_option(
+          "--kind", arguments->kind,
+          "isophotes, zebra, isolines, combs, gaussian, mean or deviation; of the first curve: curvature-plot, "
+          "tolerance-band, k-orthotomic")
       ->capture_default_str();
-  command->add_option("--reference", arguments->reference, "The file to compare with, for --kind deviation, tolerance-band and curvature-plot");
+  command->add_option("--reference", arguments->reference,
+                      "The file to compare with, for --kind deviation, tolerance-band and curvature-plot");
   command->add_option("--pole", arguments->pole, "X,Y of the k-orthotomic's pole; default: away from the tangents");
   command->add_option("--factor", arguments->factor, "k of the k-orthotomic")->capture_default_str();
   command->add_option("--tolerance", arguments->tolerance, "Half the width of the tolerance band that is drawn");

@@ -148,8 +148,7 @@ Eigen::MatrixXd basisAt(const Curve& curve, Index span, double u) {
   const int p = curve.degree(0);
   Eigen::MatrixXd n = basisDerivatives(curve.knots(0), span, u, 3);
   if (!curve.isRational()) return n;
-  const Eigen::RowVectorXd weights =
-      curve.net().col(curve.net().cols() - 1).segment(span - p, p + 1).transpose();
+  const Eigen::RowVectorXd weights = curve.net().col(curve.net().cols() - 1).segment(span - p, p + 1).transpose();
   n = n.array().rowwise() * weights.array();
   const Eigen::VectorXd w = n.rowwise().sum();
   n.row(0) /= w[0];
@@ -211,7 +210,8 @@ CurveEnergy::CurveEnergy(const Curve& reference, const PointMap& map, bool close
     : dimension_(static_cast<int>(reference.pointDimension())) {
   const KnotVector& knots = reference.knots(0);
   const int p = knots.degree();
-  if (dimension_ != 2 && dimension_ != 3) throw InvalidInput("exact curve energies need a curve of the plane or of space");
+  if (dimension_ != 2 && dimension_ != 3)
+    throw InvalidInput("exact curve energies need a curve of the plane or of space");
   if (p < 2) throw InvalidInput("a curve of degree 1 has no curvature to make fair: raise its degree to 3 first");
   const Net points = reference.euclideanNet();
   const GaussRule rule = gaussLegendre(p + 2);
@@ -267,7 +267,8 @@ void CurveEnergy::addJump(const Curve& reference, const PointMap& map, Index lef
   auto controlPoints = range(left - p, p + 1);
   const auto more = range(right - p, p + 1);
   controlPoints.insert(controlPoints.end(), more.begin(), more.end());
-  const Eigen::MatrixXd before = basisAt(reference, left, knots[left + 1]), after = basisAt(reference, right, knots[right]);
+  const Eigen::MatrixXd before = basisAt(reference, left, knots[left + 1]),
+                        after = basisAt(reference, right, knots[right]);
   Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(3, 2 * (p + 1));
   // One tangent for both sides (they have the same): the mean.
   basis.row(0) << before.row(1) / 2, after.row(1) / 2;
@@ -408,8 +409,7 @@ void CurveEnergy::linearizeIn(const Points& y, const CurveEnergyValues& weights,
   }
 }
 
-void CurveEnergy::linearize(const Points& y, const CurveEnergyValues& weights, PointMatrix& h,
-                            Points& gradient) const {
+void CurveEnergy::linearize(const Points& y, const CurveEnergyValues& weights, PointMatrix& h, Points& gradient) const {
   if (dimension_ == 2) {
     linearizeIn<2>(y, weights, h, gradient);
   } else {

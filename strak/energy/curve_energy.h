@@ -18,8 +18,8 @@
 
 namespace strak {
 
-// Displacements of control points as combinations of fewer unknown points: row i lists (unknown, coefficient) of control
-// point i; an empty row is a held point.
+// Displacements of control points as combinations of fewer unknown points: row i lists (unknown, coefficient) of
+// control point i; an empty row is a held point.
 struct PointMap {
   Index unknowns = 0;
   std::vector<std::vector<std::pair<Index, double>>> rows;
@@ -37,14 +37,14 @@ struct CurveEnergyValues {
 class CurveEnergy {
  public:
   // Functionals of curves that differ from `reference` in the places of their control points (weights stay), in the
-  // unknowns of `map`. Throws InvalidInput unless the curve lies in the plane or in space and has a degree of at least 2.
-  // `closed`: the ends meet, and a jump of curvature there counts too.
+  // unknowns of `map`. Throws InvalidInput unless the curve lies in the plane or in space and has a degree of at
+  // least 2. `closed`: the ends meet, and a jump of curvature there counts too.
   CurveEnergy(const Curve& reference, const PointMap& map, bool closed);
 
   // The points of the pattern of H: for a PointMatrix.
   std::vector<std::vector<Index>> cliques() const;
   int dimension() const { return dimension_; }
-  double length() const { return length_; }  // of the reference
+  double length() const { return length_; }                              // of the reference
   const std::vector<double>& parameters() const { return parameters_; }  // of the quadrature, ascending
 
   // The wanted sign of dk/ds (-1, 0: free, 1) at every one of parameters(). Curvature is signed in the plane.
@@ -58,9 +58,10 @@ class CurveEnergy {
 
  private:
   struct Place {
-    double weight = 0;       // of the quadrature, in the parameter
-    Eigen::MatrixXd basis;   // three rows: first to third derivative (of a jump: first, second left, second right)
-    Eigen::Matrix3d jet = Eigen::Matrix3d::Zero();  // the same of the reference, a row each (two columns used in the plane)
+    double weight = 0;      // of the quadrature, in the parameter
+    Eigen::MatrixXd basis;  // three rows: first to third derivative (of a jump: first, second left, second right)
+    Eigen::Matrix3d jet =
+        Eigen::Matrix3d::Zero();  // the same of the reference, a row each (two columns used in the plane)
     // d eta / ds = slide . X'' + slideChange . X'
     Eigen::Vector3d slide = Eigen::Vector3d::Zero(), slideChange = Eigen::Vector3d::Zero();
     double speed = 0, scale = 0;  // |X'| and k0^2 + 1 / L^2 of the reference

@@ -86,12 +86,14 @@ struct Row {
   std::vector<double> values;
 };
 
-// Lednicer's order: a line with the two numbers of points, then the upper and the lower side, each from the leading edge.
+// Lednicer's order: a line with the two numbers of points, then the upper and the lower side, each from the leading
+// edge.
 void toSeligOrder(std::vector<Row>& rows) {
   if (rows.size() < 6 || rows[0].values.size() != 2) return;
   const double upper = rows[0].values[0], lower = rows[0].values[1];
   const auto count = static_cast<double>(rows.size() - 1);
-  if (upper < 2 || lower < 2 || upper != std::floor(upper) || lower != std::floor(lower) || upper + lower != count) return;
+  if (upper < 2 || lower < 2 || upper != std::floor(upper) || lower != std::floor(lower) || upper + lower != count)
+    return;
   rows.erase(rows.begin());
   std::reverse(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(upper));
 }
@@ -154,7 +156,8 @@ Curve interpolatingCurve(const Net& points, bool closed, std::vector<double>* pa
   const auto h = [&](Index i) { return t[static_cast<std::size_t>(i) + 1] - t[static_cast<std::size_t>(i)]; };
   const auto slope = [&](Index i) { return Point((points.row((i + 1) % n) - points.row(i)) / h(i)); };
 
-  // The tangents of the C2 cubic: h_i m_(i-1) + 2 (h_(i-1) + h_i) m_i + h_(i-1) m_(i+1) = 3 (h_i s_(i-1) + h_(i-1) s_i).
+  // The tangents of the C2 cubic: h_i m_(i-1) + 2 (h_(i-1) + h_i) m_i + h_(i-1) m_(i+1) = 3 (h_i s_(i-1) + h_(i-1)
+  // s_i).
   std::vector<Eigen::Triplet<double>> entries;
   Eigen::MatrixXd right(n, points.cols());
   for (Index i = 0; i < n; ++i) {
@@ -240,9 +243,8 @@ DigitisedCurve parseDigitised(std::string_view text, const std::string& fileName
   while (!result.name.empty() && std::isspace(static_cast<unsigned char>(result.name.back()))) result.name.pop_back();
   result.name.erase(0, std::min(result.name.find_first_not_of(" \t"), result.name.size()));
   if (result.name.empty() || result.name.starts_with("FIELDS")) result.name = fileName;
-  const bool flat = columns->size() == 3 && std::all_of(rows.begin(), rows.end(), [&](const Row& row) {
-                      return row.values[(*columns)[2]] == 0;
-                    });
+  const bool flat = columns->size() == 3 && std::all_of(rows.begin(), rows.end(),
+                                                        [&](const Row& row) { return row.values[(*columns)[2]] == 0; });
   if (flat) columns->pop_back();
   result.columns = *columns;
 

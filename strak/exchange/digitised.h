@@ -17,17 +17,17 @@ namespace strak {
 
 // A point's line in the file, so that it can be written back as it was.
 struct DigitisedPoint {
-  Index line = 0;          // number of the line, from 0
-  double parameter = 0;    // of the spline
+  Index line = 0;        // number of the line, from 0
+  double parameter = 0;  // of the spline
 };
 
 struct DigitisedCurve {
   std::string name;
-  Curve curve;                          // cubic, 2 or 3 coordinates
+  Curve curve;  // cubic, 2 or 3 coordinates
   bool closed = false;
-  std::vector<DigitisedPoint> places;   // one a point of the file, in the order of the curve
-  std::vector<std::size_t> columns;     // of the coordinates
-  std::vector<std::string> lines;       // of the file
+  std::vector<DigitisedPoint> places;  // one a point of the file, in the order of the curve
+  std::vector<std::size_t> columns;    // of the coordinates
+  std::vector<std::string> lines;      // of the file
 };
 
 // Whether the text begins like one of these files: lines of numbers after at most a few lines that are none.
@@ -44,9 +44,9 @@ DigitisedCurve parseDigitised(std::string_view text, const std::string& fileName
 // it was. For .csv, .txt and .dat alike. Throws InvalidInput if the curve has another dimension or domain.
 std::string formatDigitised(const DigitisedCurve& original, const Curve& curve);
 
-// The cubic C2 spline through the rows of `points` at chord-length parameters on [0, length]: closed (C2 at the seam) or
-// open with the not-a-knot ends of de Boor. `parameters` gets one value a point. Throws InvalidInput for fewer than 4
-// points or two equal neighbours.
+// The cubic C2 spline through the rows of `points` at chord-length parameters on [0, length]: closed (C2 at the seam)
+// or open with the not-a-knot ends of de Boor. `parameters` gets one value a point. Throws InvalidInput for fewer than
+// 4 points or two equal neighbours.
 Curve interpolatingCurve(const Net& points, bool closed, std::vector<double>* parameters = nullptr);
 
 }  // namespace strak

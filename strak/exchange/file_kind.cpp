@@ -102,9 +102,10 @@ void writePlain(const std::filesystem::path& path, const std::vector<PlainObject
     case FileKind::json:
       return writeFile(path, formatJson({objects, unit}));
     case FileKind::points:
-      throw InvalidInput(fmt::format(
-          "'{}': only a curve that was read from such a file can be written as its points: use .g2, .json, .step or .igs",
-          path.string()));
+      throw InvalidInput(
+          fmt::format("'{}': only a curve that was read from such a file can be written as its points: use .g2, .json, "
+                      ".step or .igs",
+                      path.string()));
     default:
       return cad(path, kind).write(path, kind, objects, unit);
   }

@@ -13,7 +13,8 @@ Faired<1> fairByEckHadenfeld(const Curve& curve, const EckHadenfeldOptions& opti
   const double begun = threadSeconds();
   const int l = options.derivative;
   const auto n = curve.net().rows();
-  if (curve.isRational()) throw InvalidInput("Eck and Hadenfeld's method is for polynomial curves: this one is rational");
+  if (curve.isRational())
+    throw InvalidInput("Eck and Hadenfeld's method is for polynomial curves: this one is rational");
   if (l != 2 && l != 3) throw InvalidInput("Eck and Hadenfeld's method takes the second or the third derivative");
   if (curve.degree(0) < l) throw InvalidInput("the curve's degree is below the derivative of the energy");
   if (!(options.tolerance >= 0) || !(options.gain >= 0)) throw InvalidInput("tolerance and gain must not be negative");
@@ -27,7 +28,8 @@ Faired<1> fairByEckHadenfeld(const Curve& curve, const EckHadenfeldOptions& opti
   const int width = gram.bandwidth;
   Net d = start, kd = Net::Zero(n, d.cols());  // K d, half the gradient
   for (Index i = 0; i < n; ++i) {
-    for (Index j = std::max<Index>(0, i - width); j <= std::min(n - 1, i + width); ++j) kd.row(i) += gram(i, j) * d.row(j);
+    for (Index j = std::max<Index>(0, i - width); j <= std::min(n - 1, i + width); ++j)
+      kd.row(i) += gram(i, j) * d.row(j);
   }
   const auto energy = [&] { return kd.cwiseProduct(d).sum(); };
 

@@ -99,7 +99,8 @@ class Fairer {
         before_(figuresOf(curve)),
         start_(energy_.values(Points::Zero(map_.unknowns, energy_.dimension()))) {
     if (!std::isfinite(start_.bending + start_.variation)) {
-      throw InvalidInput("the curve stands still somewhere (its derivative vanishes): it has no curvature to make fair");
+      throw InvalidInput(
+          "the curve stands still somewhere (its derivative vanishes): it has no curvature to make fair");
     }
   }
 
@@ -327,7 +328,8 @@ ExactCurveFairing fairCurveExactly(const Curve& curve, const ExactCurveFairingOp
   } else {
     const Points start = Points::Zero(fairer.unknowns(), flat.pointDimension());
     auto outcome = fairer.descend(start, 0, options.maxSteps);
-    const Index most = options.maxExtrema >= 0 ? std::min(options.maxExtrema, result.before.extrema) : result.before.extrema;
+    const Index most =
+        options.maxExtrema >= 0 ? std::min(options.maxExtrema, result.before.extrema) : result.before.extrema;
     const StopReason stop = outcome.stop;
     if (outcome.figures.extrema > most && stop != StopReason::cancelled) outcome = fairer.reduceExtrema(outcome, most);
     summary.stopReason = outcome.stop == StopReason::cancelled ? outcome.stop : stop;
@@ -344,7 +346,8 @@ ExactCurveFairing fairCurveExactly(const Curve& curve, const ExactCurveFairingOp
       result.after = outcome.figures;
       summary.energyAfter = result.after.curvatureVariation;
       summary.largestMove = displacement.rowwise().norm().maxCoeff();
-      if (!(result.deviation.upper <= options.tolerance)) throw Failure("the certified deviation of a faired curve exceeds its tolerance");
+      if (!(result.deviation.upper <= options.tolerance))
+        throw Failure("the certified deviation of a faired curve exceeds its tolerance");
     }
   }
   result.extremaReached = options.maxExtrema < 0 || result.after.extrema <= options.maxExtrema;

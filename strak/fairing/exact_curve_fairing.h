@@ -3,8 +3,9 @@
 // Fairing of curves by what the eye sees: the exact curvature variation int (dk/ds)^2 ds and bending energy int k^2 ds,
 // minimised inside a certified tolerance; on request with no more than a given number of curvature extrema.
 //
-// Source: Moreton and Sequin, "Functional optimization for fair surface design" (1992) for the functional; the tolerance
-// is Hadenfeld's (12), kept on the refined difference instead of (13), which wastes a quarter to a half of it.
+// Source: Moreton and Sequin, "Functional optimization for fair surface design" (1992) for the functional; the
+// tolerance is Hadenfeld's (12), kept on the refined difference instead of (13), which wastes a quarter to a half of
+// it.
 
 #include "strak/base/progress.h"
 #include "strak/fairing/faired.h"
@@ -36,8 +37,8 @@ struct ExactCurveFairing {
   FairingSummary summary;
   CurveFigures before, after;
   Deviation<1> deviation;
-  bool alreadyFair = false;     // left as it was: nothing to gain inside the tolerance
-  bool extremaReached = true;   // no more than maxExtrema extrema; false: the fewest found are in `after`
+  bool alreadyFair = false;    // left as it was: nothing to gain inside the tolerance
+  bool extremaReached = true;  // no more than maxExtrema extrema; false: the fewest found are in `after`
 };
 
 // Fairs a curve of the plane or of space, polynomial or rational (weights stay). Planar curves in space stay in their
@@ -54,10 +55,10 @@ struct ExactCurveFairing {
 // Method: damped Gauss-Newton steps on log variation + theta log bending (no units, no weights to choose) with full
 // displacement vectors, a small term that keeps the parameter speed as even as it was, and the control points of the
 // difference, its spans halved twice, in balls; each step is a convex problem (tube_minimizer.h). The result does not
-// depend on the scale of knots and units or on the place. Cost: some tens of steps of O(n p^3); 120 points 50 ms, 1400 points 0.6 s;
-// a wish for few extrema up to ten times as much.
-// Throws InvalidInput for other dimensions, degree 1, a negative tolerance, a curve that stands still somewhere, wrong
-// lengths of lists, and without a tolerance unless points at both ends are held.
+// depend on the scale of knots and units or on the place. Cost: some tens of steps of O(n p^3); 120 points 50 ms, 1400
+// points 0.6 s; a wish for few extrema up to ten times as much. Throws InvalidInput for other dimensions, degree 1, a
+// negative tolerance, a curve that stands still somewhere, wrong lengths of lists, and without a tolerance unless
+// points at both ends are held.
 ExactCurveFairing fairCurveExactly(const Curve& curve, const ExactCurveFairingOptions& options = {});
 
 }  // namespace strak

@@ -61,7 +61,8 @@ Faired<1> descend(const Curve& curve, Work& work, Index places, Index reach, con
   summary.energyBefore = sum;
   summary.gap = std::numeric_limits<double>::infinity();
   for (Index i = 0; i < work.net.rows(); ++i) summary.freePoints += work.free(i) ? 1 : 0;
-  summary.stopReason = summary.freePoints == 0 || work.options.tolerance == 0 ? StopReason::nothingFree : StopReason::steps;
+  summary.stopReason =
+      summary.freePoints == 0 || work.options.tolerance == 0 ? StopReason::nothingFree : StopReason::steps;
   std::vector<bool> asleep(values.size(), false);  // a step there did not help since its surroundings last changed
   while (summary.stopReason == StopReason::steps && summary.steps < work.options.maxSteps) {
     Index place = -1;

@@ -2,10 +2,11 @@
 //
 // Two local methods for C2 cubic B-spline curves that need no integrals.
 //
-// Knot removal and reinsertion: at an inner knot of a cubic spline the slope of the curvature jumps. Taking the knot out
-// and putting it back moves one control point and makes the curve C3 there. The knot with the largest jump comes first;
-// a step counts only if the sum of all jumps falls. Source: Farin, Rein, Sapidis, Worsey, "Fairing cubic B-spline
-// curves", CAGD 4 (1987); Sapidis, Farin, "Automatic fairing algorithm for B-spline curves", CAD 22 (1990), 121-129.
+// Knot removal and reinsertion: at an inner knot of a cubic spline the slope of the curvature jumps. Taking the knot
+// out and putting it back moves one control point and makes the curve C3 there. The knot with the largest jump comes
+// first; a step counts only if the sum of all jumps falls. Source: Farin, Rein, Sapidis, Worsey, "Fairing cubic
+// B-spline curves", CAGD 4 (1987); Sapidis, Farin, "Automatic fairing algorithm for B-spline curves", CAD 22 (1990),
+// 121-129.
 //
 // Degree reduction and elevation: the cubic piece with the largest third difference of its Bezier points is replaced by
 // the parabola with the same ends, written as a cubic again: its inner Bezier points lie on one leg of the control

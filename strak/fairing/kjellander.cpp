@@ -14,7 +14,7 @@ namespace strak {
 
 namespace {
 
-constexpr Index kMostRows = 2000;      // of a curve
+constexpr Index kMostRows = 2000;  // of a curve
 constexpr Index kMostRowsSurface = 400;
 
 // One direction: what a cubic spline is at its knots, as matrices on its control points.
@@ -55,9 +55,9 @@ struct Direction {
     for (Index i = 1; i <= inner; ++i) {
       const double a = at[static_cast<std::size_t>(i - 1)], b = at[static_cast<std::size_t>(i + 1)];
       const double h = b - a, t = (at[static_cast<std::size_t>(i)] - a) / h;
-      result.row(i - 1) = (1 + 2 * t) * (1 - t) * (1 - t) * values.row(i - 1) + t * t * (3 - 2 * t) * values.row(i + 1) +
-                          h * t * (1 - t) * (1 - t) * slopes.row(i - 1) - h * t * t * (1 - t) * slopes.row(i + 1) -
-                          values.row(i);
+      result.row(i - 1) = (1 + 2 * t) * (1 - t) * (1 - t) * values.row(i - 1) +
+                          t * t * (3 - 2 * t) * values.row(i + 1) + h * t * (1 - t) * (1 - t) * slopes.row(i - 1) -
+                          h * t * t * (1 - t) * slopes.row(i + 1) - values.row(i);
     }
     return result;
   }
@@ -67,14 +67,16 @@ template <int D>
 void check(const Spline<D>& spline, const KjellanderOptions& options) {
   for (int k = 0; k < D; ++k) {
     const auto inner = spline.knots(k).innerKnots();
-    const bool simple = std::all_of(inner.begin(), inner.end(), [](const auto& knot) { return knot.multiplicity == 1; });
+    const bool simple =
+        std::all_of(inner.begin(), inner.end(), [](const auto& knot) { return knot.multiplicity == 1; });
     if (spline.isRational() || spline.degree(k) != 3 || !simple || !spline.knots(k).isClamped()) {
       throw InvalidInput(
           "Kjellander's method is for cubic polynomial splines with clamped ends and simple inner knots: fair by the "
           "exact energy, or rebuild the spline first");
     }
     if (spline.size(k) > (D == 1 ? kMostRows : kMostRowsSurface)) {
-      throw InvalidInput("Kjellander's method redraws the whole spline in every step: this one has too many points for it");
+      throw InvalidInput(
+          "Kjellander's method redraws the whole spline in every step: this one has too many points for it");
     }
   }
   if (!(options.tolerance >= 0)) throw InvalidInput("the tolerance must not be negative");
@@ -97,7 +99,8 @@ class CurveTask {
   Point move(Index i) const { return moves_.row(i); }
   double energy() const { return jumps_.squaredNorm(); }
   double change(Index i, const Point& step) const {
-    return 2 * (jumpsOfUnit_.col(i).transpose() * jumps_).dot(step) + jumpsOfUnit_.col(i).squaredNorm() * step.squaredNorm();
+    return 2 * (jumpsOfUnit_.col(i).transpose() * jumps_).dot(step) +
+           jumpsOfUnit_.col(i).squaredNorm() * step.squaredNorm();
   }
   void take(Index i, const Point& step) {
     moves_ += targetsOfUnit_.col(i) * step;
@@ -141,12 +144,14 @@ class SurfaceTask {
   Index places() const { return u_.inner * v_.inner; }
   Point move(Index place) const {
     Point result(static_cast<Index>(moves_.size()));
-    for (std::size_t c = 0; c < moves_.size(); ++c) result[static_cast<Index>(c)] = moves_[c](row(place), column(place));
+    for (std::size_t c = 0; c < moves_.size(); ++c)
+      result[static_cast<Index>(c)] = moves_[c](row(place), column(place));
     return result;
   }
   double energy() const {
     double sum = 0;
-    for (std::size_t c = 0; c < moves_.size(); ++c) sum += weightU_ * jumpsU_[c].squaredNorm() + jumpsV_[c].squaredNorm();
+    for (std::size_t c = 0; c < moves_.size(); ++c)
+      sum += weightU_ * jumpsU_[c].squaredNorm() + jumpsV_[c].squaredNorm();
     return sum;
   }
   // A unit move of one knot point changes the jumps in u along its row of knots only, and in v along its column.

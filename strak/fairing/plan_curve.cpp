@@ -144,15 +144,15 @@ Curve CurvePlan::onInput(const Curve& faired) const {
     // A knot of the input comes back to the bit.
     constexpr double kSame = 1e-10;
     const auto& own = input.knots(0).knots();
-    const auto near = std::min_element(own.begin(), own.end(), [&](double a, double b) {
-      return std::abs(a - value) < std::abs(b - value);
-    });
+    const auto near = std::min_element(own.begin(), own.end(),
+                                       [&](double a, double b) { return std::abs(a - value) < std::abs(b - value); });
     return std::abs(*near - value) <= kSame * input.knots(0).length() ? *near : value;
   };
   const int p = faired.degree(0);
   std::vector<double> more, inserted;
   for (std::size_t i = 1; i + 1 < breaks.size(); ++i) {
-    more.insert(more.end(), static_cast<std::size_t>(std::max(0, p - faired.knots(0).multiplicity(breaks[i]))), breaks[i]);
+    more.insert(more.end(), static_cast<std::size_t>(std::max(0, p - faired.knots(0).multiplicity(breaks[i]))),
+                breaks[i]);
   }
   const KnotVector full = withKnots(faired.knots(0), more);
   for (const auto& knot : full.innerKnots()) {
@@ -196,8 +196,8 @@ PointMap unknownsOf(const Curve& curve, const HeldPoints& held, int continuity) 
       return part;
     };
     follow = -columns(dependents).colPivHouseholderQr().solve(columns(others));
-    const bool anyHeld = std::any_of(dependents.begin(), dependents.end(), isHeld) ||
-                         std::any_of(others.begin(), others.end(), isHeld);
+    const bool anyHeld =
+        std::any_of(dependents.begin(), dependents.end(), isHeld) || std::any_of(others.begin(), others.end(), isHeld);
     if (anyHeld) {  // the whole seam stays
       PointMap whole;
       HeldPoints more = held;
@@ -217,9 +217,11 @@ PointMap unknownsOf(const Curve& curve, const HeldPoints& held, int continuity) 
   const auto weight = [&](Index i) { return curve.isRational() ? curve.net()(i, curve.net().cols() - 1) : 1.0; };
   for (std::size_t d = 0; d < dependents.size(); ++d) {
     for (std::size_t o = 0; o < others.size(); ++o) {
-      const double factor = follow(static_cast<Index>(d), static_cast<Index>(o)) * weight(others[o]) / weight(dependents[d]);
+      const double factor =
+          follow(static_cast<Index>(d), static_cast<Index>(o)) * weight(others[o]) / weight(dependents[d]);
       if (std::abs(factor) > 1e-14) {
-        map.rows[static_cast<std::size_t>(dependents[d])].push_back({number[static_cast<std::size_t>(others[o])], factor});
+        map.rows[static_cast<std::size_t>(dependents[d])].push_back(
+            {number[static_cast<std::size_t>(others[o])], factor});
       }
     }
   }

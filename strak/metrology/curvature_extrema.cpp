@@ -68,7 +68,8 @@ std::vector<CurvatureTurn> zigzag(const std::vector<CurvatureTurn>& values, doub
   for (const CurvatureTurn& value : values) {
     if (value.curvature > high.curvature) high = value;
     if (value.curvature < low.curvature) low = value;
-    const bool rose = value.curvature > low.curvature && relativeSwing(value.curvature, low.curvature, length) > threshold;
+    const bool rose =
+        value.curvature > low.curvature && relativeSwing(value.curvature, low.curvature, length) > threshold;
     const bool fell =
         value.curvature < high.curvature && relativeSwing(value.curvature, high.curvature, length) > threshold;
     if (rising >= 0 && fell) {
@@ -162,8 +163,7 @@ int direction(const CurvatureProfile& profile, double parameter) {
   if (turns.empty()) return profile.closed ? 0 : sign(profile.begin.curvature, profile.end.curvature);
   const auto next = std::upper_bound(turns.begin(), turns.end(), parameter,
                                      [](double u, const CurvatureTurn& turn) { return u < turn.parameter; });
-  const CurvatureTurn& from =
-      next != turns.begin() ? *(next - 1) : (profile.closed ? turns.back() : profile.begin);
+  const CurvatureTurn& from = next != turns.begin() ? *(next - 1) : (profile.closed ? turns.back() : profile.begin);
   const CurvatureTurn& to = next != turns.end() ? *next : (profile.closed ? turns.front() : profile.end);
   return sign(from.curvature, to.curvature);
 }

@@ -13,7 +13,8 @@ namespace strak {
 namespace {
 
 void requirePlane(const Curve& curve) {
-  if (curve.pointDimension() != 2) throw InvalidInput("k-orthotomics are drawn of curves in the plane (two coordinates)");
+  if (curve.pointDimension() != 2)
+    throw InvalidInput("k-orthotomics are drawn of curves in the plane (two coordinates)");
 }
 
 }  // namespace
@@ -29,7 +30,8 @@ Orthotomic orthotomic(const Curve& curve, const Eigen::Vector2d& pole, double k,
   for (const Index span : curve.knots(0).spans()) {
     const CurvePiece piece(curve, span);
     for (Index i = 0; i <= samplesPerSpan; ++i) {
-      const double u = std::lerp(piece.from(), piece.to(), static_cast<double>(i) / static_cast<double>(samplesPerSpan));
+      const double u =
+          std::lerp(piece.from(), piece.to(), static_cast<double>(i) / static_cast<double>(samplesPerSpan));
       piece.at(u, 2, jet);
       const Eigen::Vector2d tangent = jet[1].head<2>(), x = jet[0].head<2>();
       const double speed = tangent.norm();
@@ -53,7 +55,8 @@ Eigen::Vector2d suggestedPole(const Curve& curve) {
   constexpr int kPlaces = 200, kGrid = 12;
   std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> tangents;  // point and unit normal
   for (int i = 0; i <= kPlaces; ++i) {
-    const Net d = derivatives<1>(curve, {std::lerp(curve.knots(0).from(), curve.knots(0).to(), i / double{kPlaces})}, 1);
+    const Net d =
+        derivatives<1>(curve, {std::lerp(curve.knots(0).from(), curve.knots(0).to(), i / double{kPlaces})}, 1);
     const Eigen::Vector2d tangent = d.row(1).transpose();
     if (tangent.norm() > 0) {
       tangents.emplace_back(d.row(0).transpose(), Eigen::Vector2d(-tangent.y(), tangent.x()).normalized());
@@ -65,8 +68,8 @@ Eigen::Vector2d suggestedPole(const Curve& curve) {
   for (int i = 0; i <= kGrid; ++i) {
     for (int j = 0; j <= kGrid; ++j) {
       const Eigen::Vector2d part(i / double{kGrid}, j / double{kGrid});
-      const Eigen::Vector2d pole = low - Eigen::Vector2d::Constant(margin / 2) +
-                                   part.cwiseProduct(size + Eigen::Vector2d::Constant(margin));
+      const Eigen::Vector2d pole =
+          low - Eigen::Vector2d::Constant(margin / 2) + part.cwiseProduct(size + Eigen::Vector2d::Constant(margin));
       double least = std::numeric_limits<double>::infinity();
       for (const auto& [x, normal] : tangents) least = std::min(least, std::abs((x - pole).dot(normal)));
       if (least > farthest) {

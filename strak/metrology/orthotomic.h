@@ -2,8 +2,8 @@
 //
 // The k-orthotomic of a plane curve, an analysis picture: it has a cusp wherever the curve has an inflection.
 //
-// Source: Hoschek, "Smoothing of curves and surfaces", CAGD 2 (1985), 97-105; Hoschek, Lasser, "Fundamentals of Computer
-// Aided Geometric Design" (1993), chapter 13.
+// Source: Hoschek, "Smoothing of curves and surfaces", CAGD 2 (1985), 97-105; Hoschek, Lasser, "Fundamentals of
+// Computer Aided Geometric Design" (1993), chapter 13.
 
 #include <Eigen/Core>
 #include <vector>
@@ -27,8 +27,8 @@ struct Orthotomic {
 // plane, k is finite and not zero, and there is at least one interval a span.
 Orthotomic orthotomic(const Curve& curve, const Eigen::Vector2d& pole, double k = 2, Index samplesPerSpan = 16);
 
-// A pole that few tangents come near: of a grid around the curve's box (as large again on each side) the place whose least
-// distance from the tangents at 200 places is largest.
+// A pole that few tangents come near: of a grid around the curve's box (as large again on each side) the place whose
+// least distance from the tangents at 200 places is largest.
 Eigen::Vector2d suggestedPole(const Curve& curve);
 
 }  // namespace strak

@@ -10,8 +10,8 @@
 namespace strak {
 
 struct PointPlane {
-  Eigen::Vector3d origin;                // the mean of the points
-  Eigen::Matrix<double, 2, 3> axes;      // orthonormal rows
+  Eigen::Vector3d origin;            // the mean of the points
+  Eigen::Matrix<double, 2, 3> axes;  // orthonormal rows
   Eigen::Vector3d normal() const { return axes.row(0).cross(axes.row(1)).transpose(); }
 };
 

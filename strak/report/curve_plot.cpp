@@ -139,7 +139,8 @@ void axes(SvgWriter& svg, const Frame& frame, const Scale& scale) {
   svg.text(frame.right, frame.bottom + 32, "arc length", kRight);
 }
 
-PicturePolyline line(const Frame& frame, const Scale& scale, const std::vector<double>& s, const std::vector<double>& v) {
+PicturePolyline line(const Frame& frame, const Scale& scale, const std::vector<double>& s,
+                     const std::vector<double>& v) {
   PicturePolyline points;
   for (std::size_t i = 0; i < s.size(); ++i) points.emplace_back(frame.x(s[i]), scale(v[i]));
   return points;
@@ -236,7 +237,8 @@ std::string tolerancePlotSvg(const Curve& curve, const Curve& before, const Curv
   axes(svg, frame, scale);
   svg.path(pathOf(line(frame, scale, length, distance)), kAfter);
   svg.text(frame.left, 16,
-           before.pointDimension() == 2 ? "moved along the normal, in the band of the tolerance" : "distance moved", kLabel);
+           before.pointDimension() == 2 ? "moved along the normal, in the band of the tolerance" : "distance moved",
+           kLabel);
   return std::move(svg).finish();
 }
 

@@ -11,8 +11,8 @@
 namespace strak {
 
 struct CurvePlotOptions {
-  int width = 900, height = 420;  // pixels
-  double tolerance = 0;           // of the band; 0: none is drawn
+  int width = 900, height = 420;        // pixels
+  double tolerance = 0;                 // of the band; 0: none is drawn
   std::optional<Eigen::Vector2d> pole;  // of the k-orthotomic; default: suggestedPole
   double factor = 2;                    // of the k-orthotomic
 };
@@ -22,8 +22,9 @@ struct CurvePlotOptions {
 // logarithmic away from zero; its marks tell. SVG. Throws InvalidInput for curves that are neither plane nor in space.
 std::string curvaturePlotSvg(const Curve& curve, const Curve* before, const CurvePlotOptions& options = {});
 
-// How far `curve` is from `before` at the same parameter (other domains: at the nearest point), along the left normal of `before` (in space: the distance),
-// over arc length, with the band of the tolerance. Throws InvalidInput if their dimensions differ.
+// How far `curve` is from `before` at the same parameter (other domains: at the nearest point), along the left normal
+// of `before` (in space: the distance), over arc length, with the band of the tolerance. Throws InvalidInput if their
+// dimensions differ.
 std::string tolerancePlotSvg(const Curve& curve, const Curve& before, const CurvePlotOptions& options = {});
 
 // The curve and its k-orthotomic with the cusps marked; plane curves only.

@@ -7,8 +7,8 @@
 
 namespace strak {
 
-// A matrix of points() x points() blocks of dimension() x dimension() numbers with a pattern that is fixed at the start.
-// The unknown (point i, coordinate a) is number i * dimension + a.
+// A matrix of points() x points() blocks of dimension() x dimension() numbers with a pattern that is fixed at the
+// start. The unknown (point i, coordinate a) is number i * dimension + a.
 class PointMatrix {
  public:
   using Index = Eigen::Index;

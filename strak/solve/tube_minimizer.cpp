@@ -115,8 +115,8 @@ TubeMinimizer::Result TubeMinimizer::minimize(const PointMatrix& h, const Points
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       const auto i = static_cast<Eigen::Index>(r);
       const TubePoint point = z.row(i);
-      const Block whole = (lambda[i] * unit * unit) * (Block::Identity(dimension, dimension) +
-                                                       point.transpose() * point / s[i]);
+      const Block whole =
+          (lambda[i] * unit * unit) * (Block::Identity(dimension, dimension) + point.transpose() * point / s[i]);
       const auto& row = rows_[r];
       for (std::size_t a = 0; a < row.points.size(); ++a) {
         for (std::size_t b = 0; b <= a; ++b) {

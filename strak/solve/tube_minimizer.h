@@ -30,9 +30,9 @@ double largestRow(const std::vector<TubeRow>& rows, const Points& y);
 // Minimises q(y) = (y - y0) . H (y - y0) / 2 + g . (y - y0) over displacements y (a row a point) subject to
 // |row(y)| <= radius for every row. H must be positive definite.
 //
-// Method: primal-dual interior point with Mehrotra's predictor and corrector on the constraints radius^2 - |row(y)|^2 >=
-// 0; one sparse Cholesky factor an iteration, 10 to 25 iterations whatever the number of rows that are active. Source:
-// Mehrotra, "On the implementation of a primal-dual interior point method" (1992); Nocedal, Wright, "Numerical
+// Method: primal-dual interior point with Mehrotra's predictor and corrector on the constraints radius^2 - |row(y)|^2
+// >= 0; one sparse Cholesky factor an iteration, 10 to 25 iterations whatever the number of rows that are active.
+// Source: Mehrotra, "On the implementation of a primal-dual interior point method" (1992); Nocedal, Wright, "Numerical
 // Optimization", chapter 19.
 class TubeMinimizer {
  public:
@@ -40,8 +40,8 @@ class TubeMinimizer {
   TubeMinimizer(std::vector<TubeRow> rows, double radius, const PointMatrix& pattern);
 
   struct Result {
-    Points y;         // feasible: |row(y)| <= radius up to rounding
-    double gap = 0;   // of q, estimated by the complementarity
+    Points y;        // feasible: |row(y)| <= radius up to rounding
+    double gap = 0;  // of q, estimated by the complementarity
     int factorizations = 0;
     bool solved = true;  // false: H is not positive definite; y = y0
   };

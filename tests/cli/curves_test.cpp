@@ -23,8 +23,8 @@ class Curves : public Program {
 };
 
 TEST_F(Curves, AreFairedExactlyAndWrittenBack) {
-  const auto json = this->json({"fair", arch(), "-o", path("out.csv"), "--energy", "exact", "--tolerance", "0.001", "--hold",
-                                "g0", "--report", path("out.html"), "--json"});
+  const auto json = this->json({"fair", arch(), "-o", path("out.csv"), "--energy", "exact", "--tolerance", "0.001",
+                                "--hold", "g0", "--report", path("out.html"), "--json"});
   const auto& object = json["objects"][0];
   EXPECT_EQ(object["kind"], "digitised curve");
   EXPECT_GT(object["curvatureExtrema"]["before"], 20);
@@ -36,16 +36,17 @@ TEST_F(Curves, AreFairedExactlyAndWrittenBack) {
   EXPECT_EQ(table.substr(0, 10), "x,y,width\n");
   EXPECT_NE(table.find(",60\n"), std::string::npos);
   for (const char* other : {"out.g2", "out.json"}) {
-    EXPECT_EQ(strak({"fair", path("arch.csv"), "-o", path(other), "--energy", "exact", "--tolerance", "0.001"}).code, 0);
+    EXPECT_EQ(strak({"fair", path("arch.csv"), "-o", path(other), "--energy", "exact", "--tolerance", "0.001"}).code,
+              0);
   }
 }
 
 TEST_F(Curves, GetNoMoreExtremaThanWished) {
-  const auto json = this->json({"fair", arch(), "-o", path("out.g2"), "--energy", "exact", "--tolerance", "0.002", "--hold",
-                                "g0", "--curvature-extrema", "1", "--json"});
+  const auto json = this->json({"fair", arch(), "-o", path("out.g2"), "--energy", "exact", "--tolerance", "0.002",
+                                "--hold", "g0", "--curvature-extrema", "1", "--json"});
   EXPECT_LE(json["objects"][0]["curvatureExtrema"]["after"], 1);
-  const auto tight = this->json({"fair", arch(), "-o", path("out.g2"), "--energy", "exact", "--tolerance", "1e-6", "--hold",
-                                 "g0", "--curvature-extrema", "1", "--json"});
+  const auto tight = this->json({"fair", arch(), "-o", path("out.g2"), "--energy", "exact", "--tolerance", "1e-6",
+                                 "--hold", "g0", "--curvature-extrema", "1", "--json"});
   EXPECT_NE(tight["objects"][0]["notes"].dump().find("fewest that were reached"), std::string::npos);
   const auto wrong = strak({"fair", arch(), "-o", path("out.g2"), "--energy", "thin-plate", "--tolerance", "0.1",
                             "--curvature-extrema", "1"});
@@ -56,8 +57,8 @@ TEST_F(Curves, GetNoMoreExtremaThanWished) {
 TEST_F(Curves, ClassicalMethodsKeepTheTolerance) {
   arch();
   for (const char* method : {"eck-hadenfeld", "eck-hadenfeld-3", "farin-sapidis", "farin-degree", "kjellander"}) {
-    const auto json = this->json({"fair", path("arch.csv"), "-o", path("out.g2"), "--method", method, "--tolerance", "0.001",
-                                  "--hold", "g1", "--json"});
+    const auto json = this->json({"fair", path("arch.csv"), "-o", path("out.g2"), "--method", method, "--tolerance",
+                                  "0.001", "--hold", "g1", "--json"});
     const auto& object = json["objects"][0];
     EXPECT_LE(object["deviation"]["certified"], 0.001 * (1 + 1e-6)) << method;
     EXPECT_LT(object["curvatureExtrema"]["after"], object["curvatureExtrema"]["before"]) << method;
@@ -71,7 +72,8 @@ TEST_F(Curves, ClassicalMethodsKeepTheTolerance) {
 
 TEST_F(Curves, AreDrawnAsDiagrams) {
   arch();
-  ASSERT_EQ(strak({"fair", path("arch.csv"), "-o", path("out.csv"), "--energy", "exact", "--tolerance", "0.001"}).code, 0);
+  ASSERT_EQ(strak({"fair", path("arch.csv"), "-o", path("out.csv"), "--energy", "exact", "--tolerance", "0.001"}).code,
+            0);
   for (const char* kind : {"curvature-plot", "tolerance-band", "k-orthotomic"}) {
     const auto drawn = strak({"render", path("out.csv"), "-o", path("out.svg"), "--kind", kind, "--reference",
                               path("arch.csv"), "--tolerance", "0.001"});
@@ -86,7 +88,8 @@ TEST_F(Curves, AreDrawnAsDiagrams) {
 
 TEST_F(Curves, BrokenTablesEndInASentence) {
   for (const char* bad : {"name\n", "0 0\n1 1\n", "a\n0 0\n1 1\n2 2\nx y\n3 3\n", "x,y\n0,0\n0,0\n0,0\n0,0\n0,0\n"}) {
-    const auto outcome = strak({"fair", write("bad.dat", bad), "-o", path("out.g2"), "--energy", "exact", "--tolerance", "1"});
+    const auto outcome =
+        strak({"fair", write("bad.dat", bad), "-o", path("out.g2"), "--energy", "exact", "--tolerance", "1"});
     EXPECT_EQ(outcome.code, 2) << bad;
     EXPECT_NE(outcome.err.find("bad.dat"), std::string::npos);
   }

@@ -39,8 +39,8 @@ double total(const CurveEnergyValues& v, const CurveEnergyValues& w) {
 TEST(CurveEnergy, OfACircle) {
   const double w = std::sqrt(0.5), r = 2.5;
   Net net(9, 3);
-  net << r, 0, 1, r * w, r * w, w, 0, r, 1, -r * w, r * w, w, -r, 0, 1, -r * w, -r * w, w, 0, -r, 1, r * w, -r * w, w, r,
-      0, 1;
+  net << r, 0, 1, r * w, r * w, w, 0, r, 1, -r * w, r * w, w, -r, 0, 1, -r * w, -r * w, w, 0, -r, 1, r * w, -r * w, w,
+      r, 0, 1;
   const Curve circle({KnotVector(2, {0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4})}, net, true);
   const CurveEnergy energy(circle, allFree(9), false);
   const auto values = energy.values(Points::Zero(9, 2));

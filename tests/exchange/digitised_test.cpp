@@ -23,7 +23,8 @@ std::vector<std::pair<double, double>> profile(int half) {
   std::vector<std::pair<double, double>> points;
   for (int i = -half; i <= half; ++i) {
     const double x = std::pow(static_cast<double>(i) / half, 2);
-    const double y = 0.6 * (0.2969 * std::sqrt(x) - 0.126 * x - 0.3516 * x * x + 0.2843 * x * x * x - 0.1036 * x * x * x * x);
+    const double y =
+        0.6 * (0.2969 * std::sqrt(x) - 0.126 * x - 0.3516 * x * x + 0.2843 * x * x * x - 0.1036 * x * x * x * x);
     points.emplace_back(x, i < 0 ? y : -y);
   }
   return points;
@@ -68,9 +69,13 @@ TEST(Digitised, SeligsAndLednicersOrderGiveTheSameCurve) {
   EXPECT_FALSE(one.closed);
   EXPECT_EQ(one.curve.net().rows(), 43);
   std::string text = "TEST PROFILE 12\n 21. 21.\n\n";
-  for (int i = 20; i >= 0; --i) text += fmt::format(" {:.7f}  {:.7f}\n", points[static_cast<std::size_t>(i)].first, points[static_cast<std::size_t>(i)].second);
+  for (int i = 20; i >= 0; --i)
+    text += fmt::format(" {:.7f}  {:.7f}\n", points[static_cast<std::size_t>(i)].first,
+                        points[static_cast<std::size_t>(i)].second);
   text += "\n";
-  for (int i = 20; i <= 40; ++i) text += fmt::format(" {:.7f}  {:.7f}\n", points[static_cast<std::size_t>(i)].first, points[static_cast<std::size_t>(i)].second);
+  for (int i = 20; i <= 40; ++i)
+    text += fmt::format(" {:.7f}  {:.7f}\n", points[static_cast<std::size_t>(i)].first,
+                        points[static_cast<std::size_t>(i)].second);
   const DigitisedCurve other = parseDigitised(text, "b.dat");
   EXPECT_EQ(other.curve, one.curve);
 }
@@ -165,8 +170,7 @@ TEST_P(RealCurves, GetFewerCurvatureExtrema) {
   EXPECT_GT(count, 3);
 }
 
-INSTANTIATE_TEST_SUITE_P(Files, RealCurves,
-                         testing::Values(Real{"airfoil", ".dat", 5e-4}, Real{"curve", ".csv", 0.2}));
+INSTANTIATE_TEST_SUITE_P(Files, RealCurves, testing::Values(Real{"airfoil", ".dat", 5e-4}, Real{"curve", ".csv", 0.2}));
 
 }  // namespace
 }  // namespace strak

@@ -19,7 +19,8 @@ Curve noisy(Index n, double noise, int dimension = 2, int degree = 3) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-noise, noise);
   std::vector<double> knots(static_cast<std::size_t>(degree), 0);
-  for (Index i = 0; i <= n - degree; ++i) knots.push_back(static_cast<double>(i) + 0.2 * std::sin(static_cast<double>(i)));
+  for (Index i = 0; i <= n - degree; ++i)
+    knots.push_back(static_cast<double>(i) + 0.2 * std::sin(static_cast<double>(i)));
   knots.insert(knots.end(), static_cast<std::size_t>(degree), knots.back());
   const KnotVector k(degree, knots);
   const auto greville = k.greville();

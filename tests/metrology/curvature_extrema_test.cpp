@@ -16,8 +16,8 @@ namespace {
 Curve ellipse(double a, double b) {
   const double w = std::sqrt(0.5);
   Net net(9, 3);
-  net << a, 0, 1, a * w, b * w, w, 0, b, 1, -a * w, b * w, w, -a, 0, 1, -a * w, -b * w, w, 0, -b, 1, a * w, -b * w, w, a,
-      0, 1;
+  net << a, 0, 1, a * w, b * w, w, 0, b, 1, -a * w, b * w, w, -a, 0, 1, -a * w, -b * w, w, 0, -b, 1, a * w, -b * w, w,
+      a, 0, 1;
   return {{KnotVector(2, {0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4})}, net, true};
 }
 

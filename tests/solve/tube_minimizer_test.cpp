@@ -73,7 +73,8 @@ TEST(TubeMinimizer, NothingFeasibleIsBetter) {
   };
   const double best = value(result.y);
   for (int k = 0; k < 2000; ++k) {
-    Points other = result.y + std::pow(10.0, -1 - k % 5) * Points::NullaryExpr(kPoints, 2, [&] { return normal(random); });
+    Points other =
+        result.y + std::pow(10.0, -1 - k % 5) * Points::NullaryExpr(kPoints, 2, [&] { return normal(random); });
     other *= std::min(1.0, kRadius / largestRow(rows, other));
     EXPECT_GE(value(other), best - 1e-9);
   }
