@@ -130,19 +130,6 @@ int decimalsOf(std::string_view token) {
 
 }  // namespace
 
-bool looksDigitised(std::string_view text) {
-  constexpr int kHeader = 12;
-  int lines = 0, numbers = 0;
-  while (!text.empty() && lines < kHeader + 2) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    numbers = allNumbers(tokens(text.substr(0, end))) ? numbers + 1 : 0;
-    if (numbers == 2) return true;
-    ++lines;
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return false;
-}
-
 Curve interpolatingCurve(const Net& points, bool closed, std::vector<double>* parameters) {
   const Index n = points.rows();
   if (n < 4) throw InvalidInput("a curve through points needs at least 4 of them");

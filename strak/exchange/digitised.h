@@ -30,9 +30,6 @@ struct DigitisedCurve {
   std::vector<std::string> lines;      // of the file
 };
 
-// Whether the text begins like one of these files: lines of numbers after at most a few lines that are none.
-bool looksDigitised(std::string_view text);
-
 // Reads the text. Numbers are separated by commas, semicolons, blanks or tabs; two or three columns are coordinates (by
 // a header's names x, y, z if it has one, else x, y; a header may name a column s before them); what follows them, like
 // track widths, is kept. Repeated points are skipped. Curves are closed if the last point is the first one again, or as

@@ -23,6 +23,7 @@ constexpr double kTheta = 0.05;     // weight of log bending against log variati
 constexpr double kSliding = 1e-3;   // weight of uneven speed
 constexpr double kRadius = 0.9998;  // of the tolerance: room for the width of the certificate
 constexpr double kInnerGap = 1e-8;  // of the merit, a sum of logarithms
+constexpr int kPatience = 4;         // tenfold penalties without effect before a number of extrema is given up
 constexpr int kHalvings = 2;        // of the spans of the difference
 
 CurveFigures figuresOf(const Curve& curve) {
@@ -203,9 +204,12 @@ class Fairer {
     Index low = wanted;
     for (Index target = wanted; low < best.figures.extrema; target = std::midpoint(low, best.figures.extrema - 1)) {
       Outcome trial = best;
-      for (double weight = 1e-2; weight < 1e7 && trial.figures.extrema > target; weight *= 10) {
+      int idle = 0;
+      for (double weight = 1e-2; weight < 1e7 && trial.figures.extrema > target && idle < kPatience; weight *= 10) {
+        const Index before = trial.figures.extrema;
         prescribe(curveAt(trial.y), target);
         trial = descend(trial.y, weight, 6);
+        idle = weight < 1 || trial.figures.extrema < before ? 0 : idle + 1;
         if (trial.stop == StopReason::cancelled) break;
       }
       const bool reached = trial.figures.extrema <= target;
