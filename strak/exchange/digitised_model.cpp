@@ -1,5 +1,6 @@
 #include "strak/exchange/digitised_model.h"
 
+#include "strak/base/error.h"
 #include "strak/base/file.h"
 #include "strak/exchange/digitised.h"
 #include "strak/exchange/file_kind.h"
@@ -29,6 +30,11 @@ class DigitisedModel : public Model {
     requireReplaceable(objects_[0], asRead_, spline);
     objects_[0].spline = spline;
   }
+
+  void replaceTogether(const std::vector<std::pair<Index, AnySpline>>& splines) override {
+    if (!splines.empty()) throw InvalidInput("a digitised curve has no faces that could be changed together");
+  }
+  std::vector<SharedEdge> sharedEdges(double) const override { return {}; }
 
   Audit audit() const override { return {}; }
 
