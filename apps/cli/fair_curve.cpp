@@ -36,6 +36,7 @@ void fairExactly(const Object& object, const Curve& curve, const std::array<Inde
   ExactCurveFairingOptions exact;
   exact.tolerance = options.fairing.tolerance;
   exact.held = plan.held;
+  exact.ballsOnPoints = options.fairing.toleranceKind == ToleranceKind::points;
   exact.seamContinuity = plan.seamContinuity;
   exact.maxExtrema = options.maxExtrema;
   if (options.fairing.maxSteps < kUnlimitedSteps) exact.maxSteps = options.fairing.maxSteps;

@@ -23,7 +23,7 @@ constexpr double kTheta = 0.05;     // weight of log bending against log variati
 constexpr double kSliding = 1e-3;   // weight of uneven speed
 constexpr double kRadius = 0.9998;  // of the tolerance: room for the width of the certificate
 constexpr double kInnerGap = 1e-8;  // of the merit, a sum of logarithms
-constexpr int kPatience = 4;         // tenfold penalties without effect before a number of extrema is given up
+constexpr int kPatience = 4;        // tenfold penalties without effect before a number of extrema is given up
 constexpr int kHalvings = 2;        // of the spans of the difference
 
 CurveFigures figuresOf(const Curve& curve) {
@@ -34,12 +34,12 @@ CurveFigures figuresOf(const Curve& curve) {
 }
 
 // The displacements of the refined difference, row by row, in the unknowns.
-std::vector<TubeRow> tubeRows(const Curve& curve, const PointMap& map) {
+std::vector<TubeRow> tubeRows(const Curve& curve, const PointMap& map, int halvings) {
   const KnotVector& knots = curve.knots(0);
   std::vector<double> more;
-  constexpr int kParts = 1 << kHalvings;
+  const int parts = 1 << halvings;
   for (const Index s : knots.spans()) {
-    for (int k = 1; k < kParts; ++k) more.push_back(std::lerp(knots[s], knots[s + 1], static_cast<double>(k) / kParts));
+    for (int k = 1; k < parts; ++k) more.push_back(std::lerp(knots[s], knots[s + 1], static_cast<double>(k) / parts));
   }
   const Eigen::SparseMatrix<double, Eigen::RowMajor> refinement = refinementMatrix(knots, withKnots(knots, more));
   const Eigen::VectorXd weights = curve.isRational() ? Eigen::VectorXd(curve.net().col(curve.net().cols() - 1))
@@ -228,7 +228,7 @@ class Fairer {
 
  private:
   void prepare() {
-    auto rows = tubeRows(curve_, map_);
+    auto rows = tubeRows(curve_, map_, options_.ballsOnPoints ? 0 : kHalvings);
     auto cliques = energy_.cliques();
     for (const TubeRow& row : rows) cliques.push_back(row.points);
     h_.emplace(map_.unknowns, energy_.dimension(), cliques);

@@ -21,6 +21,7 @@ struct ExactCurveFairingOptions {
   int seamContinuity = -1;        // closed curves: how many derivatives agree at the seam and shall go on to (-1: open)
   Index maxExtrema = -1;          // curvature extrema wished at most; negative: no wish
   Index maxSteps = 60;            // Gauss-Newton steps, for each wish anew
+  bool ballsOnPoints = false;     // no control point moves further than the tolerance, instead of no point of the curve
   bool leaveFair = true;          // a curve that is fair already is returned as it is, see below
   Progress progress;
 };

@@ -169,6 +169,17 @@ TEST(ExactCurveFairing, FewerExtremaOnRequest) {
   EXPECT_LE(tight.deviation.upper, 1e-4);
 }
 
+TEST(ExactCurveFairing, BallsOnControlPointsOnRequest) {
+  const Curve curve = noisyArch(40, 0.02);
+  auto options = within(0.01, curve);
+  const auto curveBound = fairCurveExactly(curve, options);
+  options.ballsOnPoints = true;
+  const auto pointBound = fairCurveExactly(curve, options);
+  EXPECT_LE(pointBound.summary.largestMove, 0.01);
+  EXPECT_GT(curveBound.summary.largestMove, 0.01);
+  EXPECT_LT(curveBound.after.curvatureVariation, pointBound.after.curvatureVariation);
+}
+
 TEST(ExactCurveFairing, FairCurvesStayAsTheyAre) {
   const Curve curve = noisyArch(30, 0);
   const auto faired = fairCurveExactly(curve, within(0.001, curve, 1));
