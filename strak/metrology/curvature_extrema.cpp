@@ -124,9 +124,9 @@ Index countCurvatureExtrema(const Curve& curve, const CurvatureExtremaOptions& o
 
 CurvatureProfile mostSignificant(CurvatureProfile profile, Index count) {
   auto& turns = profile.turns;
-  const auto swing = [&](const CurvatureTurn& a, const CurvatureTurn& b) {
-    return relativeSwing(a.curvature, b.curvature, profile.length);
-  };
+  // Logarithmic away from zero: a nose does not outweigh everything, a change of sign counts on both sides.
+  const auto bent = [&](const CurvatureTurn& turn) { return std::asinh(turn.curvature * profile.length); };
+  const auto swing = [&](const CurvatureTurn& a, const CurvatureTurn& b) { return std::abs(bent(a) - bent(b)); };
   while (profile.extrema() > std::max<Index>(count, 0)) {
     const std::size_t n = turns.size();
     double least = std::numeric_limits<double>::infinity();

@@ -42,7 +42,7 @@ CurvatureProfile curvatureProfile(const Curve& curve, const CurvatureExtremaOpti
 Index countCurvatureExtrema(const Curve& curve, const CurvatureExtremaOptions& options = {});
 
 // The profile without its least significant swings, so that at most `count` extrema are left: again and again the
-// neighbours that differ least, in parts of the larger one, are taken out (in the middle both, at an open end one).
+// neighbours whose asinh(curvature * length) differ least are taken out (in the middle both, at an open end one).
 CurvatureProfile mostSignificant(CurvatureProfile profile, Index count);
 
 // Whether the curvature is to rise (+1) or fall (-1) at a parameter between the turns of the profile; 0 if there is no

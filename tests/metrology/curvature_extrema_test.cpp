@@ -79,9 +79,9 @@ TEST(CurvatureExtrema, TheMostSignificantStay) {
     }
     EXPECT_EQ(changes, fewer.extrema());
   }
-  // The sharpest turn is among those that stay.
+  // The sharpest place is a turn that stays, or an end that took over the turn beside it.
   const auto sharpest = [](const CurvatureProfile& p) {
-    double k = 0;
+    double k = std::max(std::abs(p.begin.curvature), std::abs(p.end.curvature));
     for (const auto& turn : p.turns) k = std::max(k, std::abs(turn.curvature));
     return k;
   };
