@@ -32,7 +32,7 @@ std::vector<PartFace> twoFaces(double noise, bool kink) {
     }
   }
   if (kink) {
-    for (Index j = 2; j + 2 < v.size(); ++j) halves[1].net()(halves[1].row({1, j}), 2) += 0.004;
+    for (Index j = 2; j + 2 < v.size(); ++j) halves[1].net()(halves[1].row({1, j}), 2) += 0.001;
   }
   return {{halves[0], {}}, {halves[1], {}}};
 }
