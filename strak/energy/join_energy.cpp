@@ -173,6 +173,7 @@ JoinEnergy::JoinEnergy(const Surface& a, const std::vector<int>& unknownA, const
                                   xb.row(1).norm() * (acrossB[behindB + 1] - acrossB[behindB]));
       const double length = half * rule.weights[q] * xa.row(0).norm();
       if (!(width > 0)) continue;
+      sample.length = length;
       sample.angleWeight = kAngle * length / (width * width * width);
       sample.jumpWeight = withJump ? length / width : 0;
       stretch.samples.push_back(std::move(sample));
@@ -189,23 +190,32 @@ std::vector<std::vector<int>> JoinEnergy::cliques() const {
 
 JoinFigures JoinEnergy::figures(const Net& pointsA, const Net& pointsB) const {
   JoinFigures sum;
+  double length = 0;
   for (const Stretch& stretch : stretches_) {
     const Eigen::MatrixX3d a = gathered(pointsA, stretch.rowsA), b = gathered(pointsB, stretch.rowsB);
     for (const Sample& sample : stretch.samples) {
       const Bank p(sample.basisA * a), q(sample.basisB * b);
       if (!p.regular || !q.regular) continue;
       const double angle = p.n.dot(q.across), jump = p.curvature - sign(p.n.dot(q.n)) * q.curvature;
-      sum.roughness += sample.angleWeight * angle * angle + sample.jumpWeight * jump * jump;
+      sum.ofAngle += sample.angleWeight * angle * angle;
+      sum.ofJump += sample.jumpWeight * jump * jump;
+      length += sample.length;
+      sum.meanAngle += sample.length * angle * angle;
+      sum.meanJump += sample.length * jump * jump;
       sum.angle = std::max(sum.angle, std::abs(angle));
       sum.jump = std::max(sum.jump, std::abs(jump));
       sum.curvature = std::max({sum.curvature, std::abs(p.curvature), std::abs(q.curvature)});
     }
   }
+  if (length > 0) {
+    sum.meanAngle = std::sqrt(sum.meanAngle / length);
+    sum.meanJump = std::sqrt(sum.meanJump / length);
+  }
   return sum;
 }
 
-void JoinEnergy::addStep(const Net& pointsA, const Net& pointsB, double weight, BlockMatrix& matrix,
-                         Eigen::VectorXd& gradient) const {
+void JoinEnergy::addStep(const Net& pointsA, const Net& pointsB, double angleWeight, double jumpWeight,
+                         BlockMatrix& matrix, Eigen::VectorXd& gradient) const {
   for (const Stretch& stretch : stretches_) {
     const Eigen::MatrixX3d a = gathered(pointsA, stretch.rowsA), b = gathered(pointsB, stretch.rowsB);
     const Index ma = a.rows(), mb = b.rows(), m = ma + mb;
@@ -223,12 +233,12 @@ void JoinEnergy::addStep(const Net& pointsA, const Net& pointsB, double weight, 
       const Bank p(sample.basisA * a), q(sample.basisB * b);
       if (p.regular && q.regular) {
         Derivatives dA, dB;
-        const double angleFactor = std::sqrt(2 * weight * sample.angleWeight);
+        const double angleFactor = std::sqrt(2 * angleWeight * sample.angleWeight);
         p.normalBy(q.across, dA);
         q.acrossBy(p.n, dB);
         put(row, dA, dB, sample, angleFactor);
         residual[row] = angleFactor * p.n.dot(q.across);
-        const double jumpFactor = std::sqrt(2 * weight * sample.jumpWeight), side = sign(p.n.dot(q.n));
+        const double jumpFactor = std::sqrt(2 * jumpWeight * sample.jumpWeight), side = sign(p.n.dot(q.n));
         put(row + 1, p.byCurvature, -side * q.byCurvature, sample, jumpFactor);
         residual[row + 1] = jumpFactor * (p.curvature - side * q.curvature);
       }

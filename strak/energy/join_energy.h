@@ -25,10 +25,12 @@ struct JoinBank {
 JoinBank bankOfSide(const Surface& surface, int side);
 
 struct JoinFigures {
-  double roughness = 0;  // see above; 1 / length^2
-  double angle = 0;      // largest sine of the angle between the tangent planes
-  double jump = 0;       // largest difference of the normal curvatures across the line
-  double curvature = 0;  // largest of these curvatures themselves
+  double ofAngle = 0;                  // the roughness that the angle stands for, see above; 1 / length^2
+  double ofJump = 0;                   // ... and the jump
+  double angle = 0;                    // largest sine of the angle between the tangent planes
+  double jump = 0;                     // largest difference of the normal curvatures across the line
+  double curvature = 0;                // largest of these curvatures themselves
+  double meanAngle = 0, meanJump = 0;  // root mean squares over the length
 };
 
 class JoinEnergy {
@@ -45,15 +47,15 @@ class JoinEnergy {
 
   JoinFigures figures(const Net& pointsA, const Net& pointsB) const;
 
-  // Adds `weight` times the roughness' Gauss-Newton matrix and gradient.
-  void addStep(const Net& pointsA, const Net& pointsB, double weight, BlockMatrix& matrix,
+  // Adds the Gauss-Newton matrix and gradient of angleWeight * ofAngle + jumpWeight * ofJump.
+  void addStep(const Net& pointsA, const Net& pointsB, double angleWeight, double jumpWeight, BlockMatrix& matrix,
                Eigen::VectorXd& gradient) const;
 
  private:
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   struct Sample {
     RowMatrix basisA, basisB;  // derivatives along, across, along along, along across, across across
-    double angleWeight = 0, jumpWeight = 0;
+    double length = 0, angleWeight = 0, jumpWeight = 0;
   };
   struct Stretch {
     std::vector<Index> rowsA, rowsB;  // control points of the cells next to it

@@ -19,7 +19,8 @@ ExactFairing fairExactly(const Surface& input, const HeldPoints& held, const Exa
     if (options.tolerance > 0 && (held.empty() || held[r] == 0)) patch.unknownOf[r] = unknowns++;
   }
   if (!(options.tolerance < kUnlimited) && unknowns == input.net().rows()) {
-    throw InvalidInput("without a tolerance and held points the fairest surface is a plane: give one of the two");
+    throw InvalidInput(
+        "without a tolerance the fairest surface is a plane: give a tolerance, or hold rows at its borders");
   }
   ShapeDescent descent = descendShape({patch}, {},
                                       {.tolerance = options.tolerance,

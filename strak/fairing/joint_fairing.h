@@ -25,7 +25,7 @@ struct JointFairingOptions {
   double tolerance = kUnlimited;
   bool ballsOnPoints = false;
   JoinAim aim = JoinAim::g2;
-  int maxSteps = 40;
+  int maxSteps = 100;
   Progress progress = {};
 };
 

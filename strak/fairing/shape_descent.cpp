@@ -30,13 +30,19 @@ constexpr double kGuardError = 1e-3;  // of the adaptive integrals while descend
 constexpr double kFinalError = 2e-5;
 constexpr double kInnerShare = 0.02;  // of a step's decrease: how sharply the next one is solved
 constexpr double kFinest = 1e-5, kCoarsest = 1e-3;
-constexpr double kMoreJoinWeight = 10;
+constexpr double kMoreJoinWeight = 5;
 constexpr double kMostJoinWeight = 1e8;
-constexpr double kSmoothAngle = 2e-4;    // sine: joins with less are smooth and may stay just so
-constexpr double kSmoothJump = 0.02;     // of the largest curvature across the join
-constexpr double kStartAccuracy = 1e-6;  // of the metric energy of the input
+constexpr double kMoreFigureWeight = 2;
+constexpr double kMostFigureWeight = 1e4;
+constexpr double kSmoothAngle = 1e-5;     // sine, mean: joins with less are smooth and may stay just so
+constexpr double kSmoothAtMost = 1.7e-3;  // sine of 0.1 degrees: the largest at one place of a smooth join
+constexpr double kSmoothJump = 0.02;      // of the largest curvature across the join
+constexpr double kStartAccuracy = 1e-6;   // of the metric energy of the input
 
 Eigen::VectorXd zeros(Index n) { return Eigen::VectorXd::Zero(n); }
+
+// A singular corner has no finite figures: there the descent's own quadrature must do.
+bool trusted(const SurfaceFairness& figures) { return figures.relativeError < 0.01; }
 
 class Descent {
  public:
@@ -53,6 +59,7 @@ class Descent {
     SurfaceFairness before;   // the same and more, integrated adaptively
     double metricWeight = 0;  // mu
     double plateWeight = 1;   // theta
+    double roughWeight = 1;   // psi
     double roughnessFloor = 0, plateFloor = 0;
     SpanLevels levels;
     Index firstRow = 0;
@@ -61,8 +68,8 @@ class Descent {
     std::size_t a, b;  // patches; the same for an inner knot line
     JoinEnergy energy;
     JoinFigures first;
-    double allowedAngle = 0, allowedJump = 0;
-    double weight = 1;
+    double angleWeight = 1, jumpWeight = 1;
+    double roughness(const JoinFigures& now) const { return angleWeight * now.ofAngle + jumpWeight * now.ofJump; }
   };
   struct Figures {
     std::vector<ShapeEnergies> patches;  // without joins
@@ -76,9 +83,17 @@ class Descent {
   void addInnerLines(std::size_t patch);
   Figures figuresAt(const Eigen::VectorXd& e) const;
   double meritChange(const Figures& at, const Eigen::VectorXd& e) const;
+  struct Worse {
+    bool plate = false, roughness = false;
+  };
+  Worse worseThanInput(std::size_t patch, const Eigen::VectorXd& e, const Figures& at) const;
   bool guardHolds(const Eigen::VectorXd& e, const Figures& at, bool turnWeights);
+  struct WorseJoin {
+    bool angle = false, jump = false;
+  };
+  WorseJoin worseThanInput(std::size_t j, const JoinFigures& now) const;
   bool joinsHold(const Figures& at) const;
-  bool raiseJoins();
+  bool raiseWeights();
   bool figuresHold(const Eigen::VectorXd& e, double relativeError, std::vector<SurfaceFairness>& figures) const;
   void makeRows();
   void setMetrics(double most, double share);
@@ -117,6 +132,7 @@ Descent::Descent(const std::vector<ShapePatch>& patches, const std::vector<Shape
                 {},
                 {},
                 0,
+                1,
                 1,
                 0,
                 0,
@@ -162,8 +178,6 @@ Descent::Descent(const std::vector<ShapePatch>& patches, const std::vector<Shape
   for (std::size_t j = 0; j < joins_.size(); ++j) {
     Join& join = joins_[j];
     join.first = now_.joins[j];
-    join.allowedAngle = std::max(join.first.angle, kSmoothAngle);
-    join.allowedJump = std::max(join.first.jump, kSmoothJump * join.first.curvature);
   }
   makeRows();
 }
@@ -257,19 +271,22 @@ Descent::Figures Descent::figuresAt(const Eigen::VectorXd& e) const {
   }
   for (const Join& join : joins_) {
     at.joins.push_back(join.energy.figures(points[join.a], points[join.b]));
-    const double half = 0.5 * join.weight * at.joins.back().roughness;
+    const double half = 0.5 * join.roughness(at.joins.back());
     at.rough[join.a] += half;
     at.rough[join.b] += half;
   }
   return at;
 }
 
-// The merit at e less that at e_: sum of log roughness + theta log plate + mu metric / roughness at e_.
+// The merit at e less that at e_: sum of log (roughness with joins) + (psi - 1) log roughness + theta log plate + mu
+// metric / roughness at e_.
 double Descent::meritChange(const Figures& at, const Eigen::VectorXd& e) const {
   double change = 0;
   for (std::size_t p = 0; p < patches_.size(); ++p) {
     const Patch& patch = patches_[p];
     change += std::log(at.rough[p] / now_.rough[p]);
+    change += (patch.roughWeight - 1) * std::log((at.patches[p].roughness + patch.roughnessFloor) /
+                                                 (now_.patches[p].roughness + patch.roughnessFloor));
     change += patch.plateWeight *
               std::log((at.patches[p].plate + patch.plateFloor) / (now_.patches[p].plate + patch.plateFloor));
     change += patch.metricWeight * (patch.energy.metric(pointsOf(patch, e)) - metricNow_[p]) / now_.rough[p];
@@ -277,43 +294,70 @@ double Descent::meritChange(const Figures& at, const Eigen::VectorXd& e) const {
   return change;
 }
 
-// No figure of any patch larger than its input's. With `turnWeights` the plate energy's weight is turned towards the
-// figure that is.
-bool Descent::guardHolds(const Eigen::VectorXd& e, const Figures& at, bool turnWeights) {
-  bool holds = true;
-  for (std::size_t p = 0; p < patches_.size(); ++p) {
-    Patch& patch = patches_[p];
-    const ShapeEnergies& now = at.patches[p];
-    const bool plate = now.plate <= patch.first.plate;
-    bool rough = now.roughness <= patch.first.roughness;
-    // The curvature variation is at most the roughness, so mostly it need not be integrated.
-    if (plate && rough && now.roughness > 0.99 * patch.before.curvatureVariation) {
-      rough = figuresOf(patch, surfaceOf(patch, e), kGuardError).curvatureVariation <= patch.before.curvatureVariation;
-    }
-    if (plate && rough) continue;
-    holds = false;
-    if (turnWeights) patch.plateWeight *= plate ? 1.0 / 3 : 3;
+// Which figures of a patch are larger than the input's.
+Descent::Worse Descent::worseThanInput(std::size_t p, const Eigen::VectorXd& e, const Figures& at) const {
+  const Patch& patch = patches_[p];
+  const ShapeEnergies& now = at.patches[p];
+  Worse worse{now.plate > patch.first.plate, now.roughness > patch.first.roughness};
+  // The curvature variation is at most the roughness, so mostly it need not be integrated.
+  if (!worse.plate && !worse.roughness && now.roughness > 0.99 * patch.before.curvatureVariation) {
+    const SurfaceFairness after = figuresOf(patch, surfaceOf(patch, e), kGuardError);
+    worse.roughness = after.curvatureVariation > patch.before.curvatureVariation && trusted(patch.before);
   }
-  return holds;
+  return worse;
 }
 
-// Whether no join is worse than the input's. On the way they may be: a step keeps them smooth to first order only.
+// With `turnWeights` the plate energy's weight is turned towards the figure that is worse. Steps of one surface never
+// make a figure worse; those of many may on the way, or one face would keep all others from moving.
+bool Descent::guardHolds(const Eigen::VectorXd& e, const Figures& at, bool turnWeights) {
+  if (patches_.size() > 1) return true;
+  const Worse worse = worseThanInput(0, e, at);
+  if (turnWeights && (worse.plate || worse.roughness)) patches_[0].plateWeight *= worse.plate ? 3 : 1.0 / 3;
+  return !worse.plate && !worse.roughness;
+}
+
+// Which figures of a join are worse than the input's. On the way they may be: a step keeps joins smooth to first order
+// only.
+Descent::WorseJoin Descent::worseThanInput(std::size_t j, const JoinFigures& now) const {
+  const JoinFigures& first = joins_[j].first;
+  const double seen = kSmoothJump * first.curvature;
+  WorseJoin worse{now.meanAngle > std::max(first.meanAngle, kSmoothAngle),
+                  now.meanJump > std::max(first.meanJump, seen)};
+  // At one place on the line between two surfaces it may be worse, as long as the join stays smooth.
+  if (j < givenJoins_) {
+    worse.angle = worse.angle || now.angle > std::max(first.angle, kSmoothAtMost);
+  } else {
+    worse.jump = worse.jump || now.jump > std::max(first.jump, seen);
+  }
+  return worse;
+}
+
 bool Descent::joinsHold(const Figures& at) const {
   for (std::size_t j = 0; j < joins_.size(); ++j) {
-    if (at.joins[j].angle > joins_[j].allowedAngle || at.joins[j].jump > joins_[j].allowedJump) return false;
+    const WorseJoin worse = worseThanInput(j, at.joins[j]);
+    if (worse.angle || worse.jump) return false;
   }
   return true;
 }
 
-// Raises the weights of the joins that are worse than the input's; false if none may be raised.
-bool Descent::raiseJoins() {
+// Raises the weights of what is worse than the input's: joins, and of several patches their figures; false if there is
+// nothing to raise.
+bool Descent::raiseWeights() {
   bool raised = false;
-  for (std::size_t j = 0; j < joins_.size(); ++j) {
-    Join& join = joins_[j];
-    if (now_.joins[j].angle <= join.allowedAngle && now_.joins[j].jump <= join.allowedJump) continue;
-    if (join.weight >= kMostJoinWeight) continue;
-    join.weight *= kMoreJoinWeight;
+  const auto raise = [&raised](bool worse, double factor, double most, double& weight) {
+    if (!worse || weight >= most) return;
+    weight *= factor;
     raised = true;
+  };
+  for (std::size_t j = 0; j < joins_.size(); ++j) {
+    const WorseJoin worse = worseThanInput(j, now_.joins[j]);
+    raise(worse.angle, kMoreJoinWeight, kMostJoinWeight, joins_[j].angleWeight);
+    raise(worse.jump, kMoreJoinWeight, kMostJoinWeight, joins_[j].jumpWeight);
+  }
+  for (std::size_t p = 0; p < patches_.size() && patches_.size() > 1; ++p) {
+    const Worse worse = worseThanInput(p, e_, now_);
+    raise(worse.plate, kMoreFigureWeight, kMostFigureWeight, patches_[p].plateWeight);
+    raise(worse.roughness, kMoreFigureWeight, kMostFigureWeight, patches_[p].roughWeight);
   }
   if (raised) now_ = figuresAt(e_);
   return raised;
@@ -326,6 +370,7 @@ bool Descent::figuresHold(const Eigen::VectorXd& e, double relativeError, std::v
     const SurfaceFairness after = figuresOf(patch, surfaceOf(patch, e), relativeError);
     figures.push_back(after);
 
+    if (!trusted(before) || !trusted(after)) continue;
     if (after.plate > before.plate || after.curvatureVariation > before.curvatureVariation ||
         after.isophoteRoughness > before.isophoteRoughness) {
       return false;
@@ -342,8 +387,8 @@ double Descent::merit() const {
   }
   // With the first weights: those of now depend on the way.
   for (std::size_t j = 0; j < joins_.size(); ++j) {
-    rough[joins_[j].a] += 0.5 * now_.joins[j].roughness;
-    rough[joins_[j].b] += 0.5 * now_.joins[j].roughness;
+    rough[joins_[j].a] += 0.5 * (now_.joins[j].ofAngle + now_.joins[j].ofJump);
+    rough[joins_[j].b] += 0.5 * (now_.joins[j].ofAngle + now_.joins[j].ofJump);
   }
   double sum = 0;
   for (std::size_t p = 0; p < patches_.size(); ++p) {
@@ -413,15 +458,17 @@ bool Descent::stage() {
     for (std::size_t p = 0; p < patches_.size(); ++p) {
       const Patch& patch = patches_[p];
       points.push_back(pointsOf(patch, e_));
-      patch.energy.addStep(points[p],
-                           {1 / now_.rough[p], patch.plateWeight / (now_.patches[p].plate + patch.plateFloor),
-                            patch.metricWeight / now_.rough[p]},
-                           matrix, gradient);
+      patch.energy.addStep(
+          points[p],
+          {1 / now_.rough[p] + (patch.roughWeight - 1) / (now_.patches[p].roughness + patch.roughnessFloor),
+           patch.plateWeight / (now_.patches[p].plate + patch.plateFloor), patch.metricWeight / now_.rough[p]},
+          matrix, gradient);
       metricNow_.push_back(patch.energy.metric(points[p]));
     }
     for (const Join& join : joins_) {
-      const double weight = 0.5 * join.weight * (1 / now_.rough[join.a] + 1 / now_.rough[join.b]);
-      join.energy.addStep(points[join.a], points[join.b], weight, matrix, gradient);
+      const double weight = 0.5 * (1 / now_.rough[join.a] + 1 / now_.rough[join.b]);
+      join.energy.addStep(points[join.a], points[join.b], weight * join.angleWeight, weight * join.jumpWeight, matrix,
+                          gradient);
     }
     const Eigen::VectorXd diagonal = matrix.pointDiagonal();
     bool accepted = false;
@@ -436,7 +483,7 @@ bool Descent::stage() {
       const double predicted = -(gradient.dot(step) + 0.5 * step.dot(matrix.times(step)));
       if (predicted < kStopPredicted) {
         stop_ = StopReason::gain;
-        if (!raiseJoins()) return gained;
+        if (!raiseWeights()) return gained;
         break;
       }
       Eigen::VectorXd refused;
@@ -469,7 +516,7 @@ bool Descent::stage() {
         accuracy = std::clamp(kInnerShare * predicted, kFinest, kCoarsest);
         if (small >= 2) {
           stop_ = StopReason::gain;
-          if (!raiseJoins()) return gained;
+          if (!raiseWeights()) return gained;
           small = 0;
         }
       } else if (refused.size() > 0 && turns < kMostTurns) {
@@ -506,9 +553,11 @@ ShapeDescent Descent::run() {
     if (stop_ != StopReason::cancelled) {
       refineRows();
       setMetrics(kLaterMetricWeight, kMetricShare);
-      for (Patch& patch : patches_) patch.plateWeight = 1;
+      for (Patch& patch : patches_) {
+        if (patches_.size() == 1) patch.plateWeight = 1;
+      }
       stage();
-      if (merit() > firstMerit) accepted_.resize(firstStage);
+      if (patches_.size() == 1 && merit() > firstMerit) accepted_.resize(firstStage);
     }
   }
   result.steps = steps_;

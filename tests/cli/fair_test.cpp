@@ -26,7 +26,8 @@ bool bordersEqual(const Surface& a, const Surface& b, Index rows) {
 TEST_F(Fair, KeepsTheToleranceAndTheHeldRowsToTheBit) {
   const Surface input = wavySurface(3, 20, 16);
   write("in.g2", g2(input));
-  const auto result = json({"fair", path("in.g2"), "-o", path("out.g2"), "--tolerance", "0.01"});
+  const auto result =
+      json({"fair", path("in.g2"), "-o", path("out.g2"), "--tolerance", "0.01", "--energy", "thin-plate"});
   const Surface output = readSurface(file("out.g2"));
   EXPECT_EQ(output.knots(), input.knots());
   EXPECT_TRUE(bordersEqual(input, output, 3));
@@ -44,6 +45,42 @@ TEST_F(Fair, KeepsTheToleranceAndTheHeldRowsToTheBit) {
   EXPECT_EQ(object.at("stop_reason"), "gap");
 }
 
+// The default: the surface's own figures fall, the surface stays within the tolerance, its points need not.
+TEST_F(Fair, ExactEnergiesAreTheDefault) {
+  const Surface input = wavySurface(3, 20, 16);
+  write("in.g2", g2(input));
+  const auto result = json({"fair", path("in.g2"), "-o", path("out.g2"), "--tolerance", "0.01"});
+  EXPECT_EQ(result.at("tolerance_kind"), "surface");
+  const Surface output = readSurface(file("out.g2"));
+  EXPECT_EQ(output.knots(), input.knots());
+  EXPECT_TRUE(bordersEqual(input, output, 3));
+  EXPECT_FALSE(bordersEqual(input, output, 4));
+  const auto& object = result.at("objects").at(0);
+  EXPECT_EQ(object.at("energy").at("name"), "exact");
+  EXPECT_LE(object.at("deviation").at("certified").get<double>(), 0.01 * (1 + 1e-9));
+  EXPECT_EQ(object.at("held_max_move").get<double>(), 0);
+  EXPECT_TRUE(object.at("gap").is_null()) << "not convex: nothing is proven";
+  for (const char* figure : {"plate", "curvature_variation", "isophote_roughness"}) {
+    EXPECT_LT(object.at("fairness").at("after").at(figure).get<double>(),
+              object.at("fairness").at("before").at(figure).get<double>())
+        << figure;
+  }
+  const auto points = json({"fair", path("in.g2"), "-o", path("points.g2"), "--tolerance", "0.01", "--energy", "exact",
+                            "--tolerance-kind", "points"});
+  EXPECT_LE(largestMove(input, readSurface(file("points.g2"))), 0.01 * (1 + 1e-12));
+}
+
+TEST_F(Fair, OptionsOfQuadraticEnergiesImplyOne) {
+  write("in.g2", g2(wavySurface(3, 14, 14)));
+  for (const auto& [option, value] :
+       {std::pair{"--parameter-scale", "domain"}, {"--gap", "1e-4"}, {"--method", "local"}}) {
+    const auto result = json({"fair", path("in.g2"), "-o", path("out.g2"), "--tolerance", "0.01", option, value});
+    EXPECT_EQ(result.at("objects").at(0).at("energy").at("name"), "thin-plate") << option;
+    EXPECT_EQ(result.at("tolerance_kind"), "points") << option;
+    EXPECT_EQ(strak({"fair", path("in.g2"), "-o", path("out.g2"), "--energy", "exact", option, value}).code, 2);
+  }
+}
+
 TEST_F(Fair, JsonHasAllThatIsPromised) {
   write("in.g2", g2(wavySurface(3, 14, 14)));
   const auto result = json({"fair", path("in.g2"), "-o", path("out.g2"), "--tolerance", "0.01"});
@@ -55,7 +92,7 @@ TEST_F(Fair, JsonHasAllThatIsPromised) {
     EXPECT_TRUE(object.contains(key)) << key;
   }
   for (const char* key : {"name", "before", "after"}) EXPECT_TRUE(object.at("energy").contains(key)) << key;
-  EXPECT_EQ(object.at("energy").at("name"), "thin-plate");
+  EXPECT_EQ(object.at("energy").at("name"), "exact");
   EXPECT_EQ(object.at("degree"), (nlohmann::json{3, 3}));
   EXPECT_EQ(object.at("points"), (nlohmann::json{14, 14}));
 }
@@ -108,11 +145,14 @@ TEST_F(Fair, HoldsADifferentStripOnEachSide) {
 
 TEST_F(Fair, SurfaceToleranceIsReachedButNeverPassed) {
   write("in.g2", g2(wavySurface(3, 20, 16)));
-  const auto points = json({"fair", path("in.g2"), "-o", path("a.g2"), "--tolerance", "0.004"}).at("objects").at(0);
-  const auto surface =
-      json({"fair", path("in.g2"), "-o", path("b.g2"), "--tolerance", "0.004", "--tolerance-kind", "surface"})
+  const auto points =
+      json({"fair", path("in.g2"), "-o", path("a.g2"), "--tolerance", "0.004", "--energy", "thin-plate"})
           .at("objects")
           .at(0);
+  const auto surface = json({"fair", path("in.g2"), "-o", path("b.g2"), "--tolerance", "0.004", "--tolerance-kind",
+                             "surface", "--energy", "thin-plate"})
+                           .at("objects")
+                           .at(0);
   EXPECT_LT(points.at("deviation").at("certified").get<double>(), 0.00399);
   EXPECT_LE(surface.at("deviation").at("certified").get<double>(), 0.004);
   EXPECT_GE(surface.at("deviation").at("certified").get<double>(), 0.00399);
@@ -247,7 +287,8 @@ TEST_F(Fair, WhatCannotBeFairedIsListedWithItsReason) {
   homogeneous << rational.net(), Eigen::VectorXd::Ones(rational.net().rows());
   const Surface flat = wavySurface(3, 14, 14);
   write("in.g2", g2(flat) + g2(Surface(rational.knots(), homogeneous, true)));
-  const Outcome outcome = strak({"fair", path("in.g2"), "-o", path("out.g2"), "--tolerance", "0.01"});
+  const Outcome outcome =
+      strak({"fair", path("in.g2"), "-o", path("out.g2"), "--tolerance", "0.01", "--energy", "thin-plate"});
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("left alone"), std::string::npos) << outcome.out;
   EXPECT_NE(outcome.out.find("rational"), std::string::npos) << outcome.out;

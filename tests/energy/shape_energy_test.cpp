@@ -161,7 +161,7 @@ TEST(JoinEnergy, HalvesOfASmoothSurfaceJoinWithoutRoughness) {
   const std::vector<int> unknownOf = allFree(split);
   const JoinEnergy line(split, unknownOf, {0, 0.5, false}, split, unknownOf, {0, 0.5, true}, false);
   const JoinFigures figures = line.figures(split.net(), split.net());
-  EXPECT_LT(figures.roughness, 1e-15);
+  EXPECT_LT(figures.ofAngle + figures.ofJump, 1e-15);
   EXPECT_LT(figures.angle, 1e-12);
   EXPECT_LT(figures.jump, 1e-10);
   EXPECT_GT(figures.curvature, 0.1);
@@ -183,7 +183,7 @@ TEST(JoinEnergy, MeasuresAKinkAndAJump) {
   JoinFigures roof = JoinEnergy(a, free, bankOfSide(a, 1), b, free, bankOfSide(b, 0), false).figures(low, high);
   EXPECT_NEAR(roof.angle, std::sin(0.1), 1e-12);
   EXPECT_NEAR(roof.jump, 0, 1e-12);
-  EXPECT_GT(roof.roughness, 0);
+  EXPECT_GT(roof.ofAngle, 0);
   // A parabola y = x^2 / 2 that goes on from the plane: curvature 1.
   for (Index i = 0; i < 3; ++i) {
     for (Index j = 0; j < 3; ++j) {
@@ -195,7 +195,7 @@ TEST(JoinEnergy, MeasuresAKinkAndAJump) {
   const JoinFigures bend = JoinEnergy(a, free, bankOfSide(a, 1), c, free, bankOfSide(c, 0), false).figures(low, high);
   EXPECT_NEAR(bend.angle, 0, 1e-14);
   EXPECT_NEAR(bend.jump, 1, 1e-12);
-  EXPECT_NEAR(bend.roughness, 1, 1e-12) << "jump^2 / width times length";
+  EXPECT_NEAR(bend.ofJump, 1, 1e-12) << "jump^2 / width times length";
 }
 
 TEST(JoinEnergy, GradientIsThatOfTheValue) {
@@ -214,7 +214,7 @@ TEST(JoinEnergy, GradientIsThatOfTheValue) {
     BlockMatrix matrix(pattern);
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(3 * unknowns);
     const Net pa = a.euclideanNet(), pb = b.euclideanNet();
-    join.addStep(pa, pb, 0.5, matrix, gradient);
+    join.addStep(pa, pb, 0.5, 0.3, matrix, gradient);
     EXPECT_GT(gradient.norm(), 0);
     for (int k = 0; k < 3 * unknowns; k += 2) {
       if (k / 3 == 3) continue;
@@ -225,7 +225,8 @@ TEST(JoinEnergy, GradientIsThatOfTheValue) {
         } else {
           mb(k / 3 - static_cast<Index>(unknownA.size()), k % 3) += h;
         }
-        return 0.5 * join.figures(ma, mb).roughness;
+        const JoinFigures f = join.figures(ma, mb);
+        return 0.5 * f.ofAngle + 0.3 * f.ofJump;
       };
       const double slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
       EXPECT_NEAR(gradient[k], slope, 1e-6 * gradient.cwiseAbs().maxCoeff() + 1e-9) << k << rational;
