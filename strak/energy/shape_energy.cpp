@@ -220,7 +220,7 @@ void ShapeEnergy::basisAt(const Cell& cell, std::size_t qu, std::size_t qv, Work
   work.basis = r.bottomRows(kShapeDerivatives);
 }
 
-ShapeEnergies ShapeEnergy::values(const Net& points) const {
+std::vector<ShapeEnergies> ShapeEnergy::valuesOfCells(const Net& points) const {
   std::vector<ShapeEnergies> cellValues(cells_.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells_.size(), 16), [&](const auto& range) {
     Work work;
@@ -240,12 +240,30 @@ ShapeEnergies ShapeEnergy::values(const Net& points) const {
       }
     }
   });
+  return cellValues;
+}
+
+ShapeEnergies ShapeEnergy::values(const Net& points) const {
   ShapeEnergies sum;
-  for (const auto& value : cellValues) {
+  for (const auto& value : valuesOfCells(points)) {
     sum.plate += value.plate;
     sum.roughness += value.roughness;
   }
   return sum;
+}
+
+std::vector<ShapeEnergy::CellRoughness> ShapeEnergy::roughnessOfCells(const Net& points) const {
+  const std::vector<ShapeEnergies> values = valuesOfCells(points);
+  std::vector<CellRoughness> result(cells_.size());
+  for (std::size_t c = 0; c < cells_.size(); ++c) {
+    result[c].roughness = values[c].roughness;
+    for (int i = 0; i <= u_->degree; ++i) {
+      for (int j = 0; j <= v_->degree; ++j) {
+        result[c].points.push_back((u_->first(cells_[c].u) + i) * columns_ + v_->first(cells_[c].v) + j);
+      }
+    }
+  }
+  return result;
 }
 
 ShapeEnergies ShapeEnergy::addStep(const Net& points, const Weights& weights, BlockMatrix& matrix,

@@ -35,6 +35,13 @@ class ShapeEnergy {
   bool isActive(double u, double v) const;
   bool isWhole() const { return cells_.size() == active_.size(); }
 
+  // The roughness of every active cell, and the control points that it depends on.
+  struct CellRoughness {
+    double roughness = 0;
+    std::vector<Index> points;
+  };
+  std::vector<CellRoughness> roughnessOfCells(const Net& points) const;
+
   // Over the active cells. `points`: the net in space (euclideanNet). Multi-threaded, results independent of threads.
   ShapeEnergies values(const Net& points) const;
 
@@ -59,6 +66,7 @@ class ShapeEnergy {
     int u, v;  // spans among those of the directions
   };
   struct Work;
+  std::vector<ShapeEnergies> valuesOfCells(const Net& points) const;
   void basisAt(const Cell& cell, std::size_t qu, std::size_t qv, Work& work) const;
   void gather(const Cell& cell, const Net& points, Work& work) const;
 

@@ -169,7 +169,12 @@ Descent::Descent(const std::vector<ShapePatch>& patches, const std::vector<Shape
   for (const Patch& patch : patches_) {
     for (std::size_t r = 0; r < patch.input->unknownOf.size(); ++r) {
       const int u = patch.input->unknownOf[r];
-      if (u >= 0) places.row(u) = patch.start.row(static_cast<Index>(r));
+      if (u < 0) continue;
+      // The place in the net separates best; only several patches need that in space.
+      const Index columns = patch.input->surface.size(1), row = static_cast<Index>(r);
+      places.row(u) = patch.start.row(row);
+      if (patches_.size() == 1)
+        places.row(u) << static_cast<double>(row / columns), static_cast<double>(row % columns), 0;
     }
   }
   factor_.emplace(pattern_, places);
@@ -323,12 +328,8 @@ Descent::WorseJoin Descent::worseThanInput(std::size_t j, const JoinFigures& now
   const double seen = kSmoothJump * first.curvature;
   WorseJoin worse{now.meanAngle > std::max(first.meanAngle, kSmoothAngle),
                   now.meanJump > std::max(first.meanJump, seen)};
-  // At one place on the line between two surfaces it may be worse, as long as the join stays smooth.
-  if (j < givenJoins_) {
-    worse.angle = worse.angle || now.angle > std::max(first.angle, kSmoothAtMost);
-  } else {
-    worse.jump = worse.jump || now.jump > std::max(first.jump, seen);
-  }
+  // At one place it may be worse, as long as the join stays smooth.
+  worse.angle = worse.angle || now.angle > std::max(first.angle, kSmoothAtMost);
   return worse;
 }
 
@@ -513,6 +514,8 @@ bool Descent::stage() {
         accepted_.push_back(e_);
         gained = true;
         small = -change < kStopChange ? small + 1 : 0;
+        // Inner lines must hold at every step: the last one taken is the result.
+        if (patches_.size() == 1 && raiseWeights()) small = 0;
         accuracy = std::clamp(kInnerShare * predicted, kFinest, kCoarsest);
         if (small >= 2) {
           stop_ = StopReason::gain;
