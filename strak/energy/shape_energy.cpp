@@ -358,7 +358,9 @@ ShapeEnergies ShapeEnergy::addStep(const Net& points, const Weights& weights, Bl
   return sum;
 }
 
-double ShapeEnergy::metric(const Net& points) const { return points.cwiseProduct(metric_ * points).sum(); }
+double ShapeEnergy::metric(const Net& points) const {
+  return metric_.rows() == 0 ? 0 : points.cwiseProduct(metric_ * points).sum();
+}
 
 void ShapeEnergy::setMetric(const Net& points) {
   // The mean speeds, over all cells: the lines go through the held parts as well.

@@ -56,7 +56,7 @@ class ShapeEnergy {
 
   // The metric energy M(X) = int |D_sss X|^2 + 3 |D_sst X|^2 + 3 |D_stt X|^2 + |D_ttt X|^2 ds dt, where s(u) and t(v)
   // are the mean arc lengths of the parameter lines of the surface with these points: flat, so that it is quadratic,
-  // but independent of the parametrization. 1 / length^2. Must be set before it is used.
+  // but independent of the parametrization. 1 / length^2. Zero until it is set.
   void setMetric(const Net& points);
   double metric(const Net& points) const;
 

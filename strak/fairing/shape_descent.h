@@ -43,10 +43,11 @@ struct ShapeDescent {
   double seconds = 0;    // wall clock
 };
 
-// Guarded are plate energy, curvature variation and roughness of every patch, and angle and curvature jump of every
-// join and every inner knot line that is only C1: none is larger than before (joins that are smooth to 1e-5 rad or to 2
-// % of their curvature stay so). The unknowns are numbered 0, 1, ... without gaps. Throws InvalidInput unless all
-// surfaces lie in space, and if the energies leave a motion free (no tolerance and too little held).
+// Guarded are plate energy, curvature variation and roughness of every patch, and the mean angle and mean curvature
+// jump of every join and of every inner knot line that is only C1: none is larger than before (lines that are smooth to
+// 1e-5 rad, or to 2 % of their curvature, stay so; the largest angle at one place may rise to 0.1 degrees). Where a
+// surface is singular and its integrals diverge, the descent's own quadrature must do. The unknowns are numbered 0, 1,
+// ... without gaps. Throws InvalidInput unless all surfaces lie in space.
 ShapeDescent descendShape(const std::vector<ShapePatch>& patches, const std::vector<ShapeJoin>& joins,
                           const ShapeDescentOptions& options);
 
