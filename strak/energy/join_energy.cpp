@@ -15,7 +15,7 @@ namespace {
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Derivatives = Eigen::Matrix<double, 5, 3, Eigen::RowMajor>;  // T, C, TT, TC, CC
 
-constexpr double kAngle = 12 * 400;  // see the header; the eye sees a kink of a twentieth as well as a jump
+constexpr double kAngle = 12 * 400;  // see the header
 
 // What one bank contributes at a point of the line: the unit normal, the unit direction across, the curvature across,
 // and how they change with the derivatives.
