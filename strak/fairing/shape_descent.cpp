@@ -209,7 +209,7 @@ ShapeDescent Descent::run() {
   for (std::size_t p = 0; p < problem_.patches(); ++p) result.surfaces.push_back(problem_.surface(p, e));
   const Eigen::VectorXd reached = problem_.rows().times(e);
   for (Index i = 0; i < problem_.rows().count(); ++i) {
-    result.activeRows += reached.segment<3>(3 * i).norm() > 0.999 * options_.tolerance;
+    result.activeRows += reached.segment<3>(3 * i).norm() > 0.998 * options_.tolerance;
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;

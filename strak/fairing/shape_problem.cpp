@@ -8,6 +8,7 @@ namespace strak {
 namespace {
 
 constexpr int kMostHalvings = 2;       // of a span of the hull
+constexpr double kReserve = 2e-4;      // of the tolerance: what a certificate by subdivision may add
 constexpr double kActive = 0.95;       // of the radius: rows whose hull is worth refining
 constexpr double kPlateFloor = 1e-14;  // below this all is rounding
 constexpr double kGuardError = 1e-3;   // of the adaptive integrals ...
@@ -148,7 +149,7 @@ void ShapeProblem::makeRows() {
   if (!(tolerance_ < kUnlimited)) return;
   for (Patch& patch : patches_) {
     patch.firstRow = rows_.count();
-    appendHullRows(patch.input->surface, patch.input->unknownOf, patch.levels, tolerance_, rows_);
+    appendHullRows(patch.input->surface, patch.input->unknownOf, patch.levels, (1 - kReserve) * tolerance_, rows_);
   }
 }
 
@@ -317,7 +318,12 @@ bool ShapeProblem::figuresHold(const Eigen::VectorXd& e, std::vector<SurfaceFair
     const Surface moved = surface(p, e);
     before.push_back(patch.before);
     after.push_back(fairnessOf(patch, moved, kGuardError));
-    if (!trusted(before[p]) || !trusted(after[p]) || below(after[p], before[p], kClose)) continue;
+    if (below(after[p], before[p], kClose)) continue;
+    if (!trusted(before[p]) || !trusted(after[p])) {
+      // Of many, one with a singular corner must not keep all others from moving.
+      if (patches_.size() > 1 || below(after[p], before[p], 1)) continue;
+      return false;
+    }
     before[p] = fairnessOf(patch, patch.input->surface, kSharpError);
     after[p] = fairnessOf(patch, moved, kSharpError);
     if (!below(after[p], before[p], 1)) return false;
