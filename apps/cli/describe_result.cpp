@@ -5,7 +5,9 @@
 #include <optional>
 
 #include "apps/cli/fair_curve.h"
+#include "strak/base/error.h"
 #include "strak/metrology/trim_region.h"
+#include "strak/spline/knot_insertion.h"
 
 namespace strak::cli {
 
@@ -29,7 +31,18 @@ void measure(const Object&, const Curve& before, const Curve& after, FairedObjec
   measureCurve(before, after, entry);
 }
 
-void measure(const Object& object, const Surface& before, const Surface& after, FairedObject& entry) {
+// The same surface with the other's knots if it has them all, else as it is.
+Surface onKnotsOf(const Surface& surface, const Surface& other) {
+  try {
+    return refine(surface, other.knots());
+  } catch (const InvalidInput&) {
+    return surface;
+  }
+}
+
+void measure(const Object& object, const Surface& original, const Surface& after, FairedObject& entry) {
+  // Both on the same cells, or the borders of a trimmed face would count differently.
+  const Surface before = onKnotsOf(original, after);
   if (before.pointDimension() != 3) return;
   const bool whole = std::all_of(object.naturalSide.begin(), object.naturalSide.end(), [](bool side) { return side; });
   std::optional<TrimRegion> visible;

@@ -103,7 +103,13 @@ ModelEditor::Group fairPart(const Model& model, const Part& part, const FairMode
   joint.maxSteps = static_cast<int>(std::min<Index>(options.fairing.maxSteps, joint.maxSteps));
   joint.progress = progress;
   JointFairing faired = fairJointly(plan, joint);
-  if (!(faired.summary.largestMove > 0)) return {};
+  if (!(faired.summary.largestMove > 0)) {
+    for (Index face : part.faces) {
+      entries[static_cast<std::size_t>(face)].notes.push_back(
+          "together with its neighbours nothing could be gained: faired on its own");
+    }
+    return {};
+  }
   ModelEditor::Group group;
   for (std::size_t f = 0; f < part.faces.size(); ++f) {
     FairedObject& entry = entries[static_cast<std::size_t>(part.faces[f])];

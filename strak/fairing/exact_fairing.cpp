@@ -5,13 +5,17 @@
 
 #include "strak/base/error.h"
 #include "strak/energy/shape_energy.h"
+#include "strak/energy/shape_residuals.h"
 #include "strak/fairing/shape_descent.h"
+#include "strak/spline/evaluate.h"
 
 namespace strak {
 
 namespace {
 
-constexpr double kLittle = 0.01;      // of the roughness
+constexpr double kLittle = 0.01;      // of the figures: less is not worth a move
+constexpr double kDiverges = 0.01;    // relative error of integrals that will not converge
+constexpr double kBlowUp = 30;        // of the roughness: what a cell must have, by one place in it, to be singular
 constexpr double kSingular = 0.9999;  // of the roughness in ...
 constexpr double kFewCells = 0.05;    // ... this part of the cells at most
 
@@ -43,6 +47,56 @@ HeldPoints holdSingularCells(const ShapePatch& patch, const HeldPoints& held) {
   return {};
 }
 
+// The held points and those of the cells that touch a singular place: one without a normal, or where the roughness
+// blows up. Its integrals diverge there, so nothing could be said of them; held, they are the same before and after.
+// Empty if there is none, or nothing else would be free.
+HeldPoints holdSingularPlaces(const ShapePatch& patch, const HeldPoints& held) {
+  const Surface& surface = patch.surface;
+  const double total = ShapeEnergy(surface, patch.unknownOf).values(surface.euclideanNet()).roughness;
+  // The ends and the middles of all spans: an even number is an end.
+  Surface::Grid grid;
+  std::array<std::vector<Index>, 2> spans;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const KnotVector& knots = surface.knots(static_cast<int>(k));
+    spans[k] = knots.spans();
+    for (Index s : spans[k]) grid[k].insert(grid[k].end(), {knots[s], (knots[s] + knots[s + 1]) / 2});
+    grid[k].push_back(knots.to());
+  }
+  const Net all = derivativesOnGrid(surface, grid, 3);
+  HeldPoints result = held;
+  result.resize(patch.unknownOf.size(), 0);
+  bool found = false;
+  const auto hold = [&](std::size_t i, std::size_t j) {
+    for (Index a = spans[0][i] - surface.degree(0); a <= spans[0][i]; ++a) {
+      for (Index b = spans[1][j] - surface.degree(1); b <= spans[1][j]; ++b) {
+        result[static_cast<std::size_t>(surface.row({a, b}))] = 1;
+      }
+    }
+  };
+  for (std::size_t i = 0; i < grid[0].size(); ++i) {
+    for (std::size_t j = 0; j < grid[1].size(); ++j) {
+      // A row a place: the point itself, then its derivatives.
+      const Eigen::Map<const ShapeDerivatives> place(all.row(static_cast<Index>(i * grid[1].size() + j)).data() + 3);
+      const ShapeDerivatives x = place;
+      std::array<double, kShapeResiduals> r;
+      double density = 0;
+      const bool regular = shapeResiduals(x, r);
+      for (int k = 0; k < kRoughnessResiduals; ++k)
+        density += r[static_cast<std::size_t>(k)] * r[static_cast<std::size_t>(k)];
+      for (std::size_t a = i > 0 ? (i - 1) / 2 : 0; a <= i / 2 && a < spans[0].size(); ++a) {
+        for (std::size_t b = j > 0 ? (j - 1) / 2 : 0; b <= j / 2 && b < spans[1].size(); ++b) {
+          const KnotVector &u = surface.knots(0), &v = surface.knots(1);
+          const double cell = (u[spans[0][a] + 1] - u[spans[0][a]]) * (v[spans[1][b] + 1] - v[spans[1][b]]);
+          if (regular && !(density * cell > kBlowUp * total)) continue;
+          hold(a, b);
+          found = true;
+        }
+      }
+    }
+  }
+  return found && std::count(result.begin(), result.end(), 0) > 0 ? result : HeldPoints();
+}
+
 }  // namespace
 
 ExactFairing fairExactly(const Surface& input, const HeldPoints& held, const ExactFairingOptions& options) {
@@ -61,14 +115,23 @@ ExactFairing fairExactly(const Surface& input, const HeldPoints& held, const Exa
                                            .maxSteps = options.maxSteps,
                                            .progress = options.progress};
   ShapeDescent descent = descendShape({patch}, {}, descentOptions);
-  const double gain = 1 - descent.after.front().isophoteRoughness / descent.before.front().isophoteRoughness;
-  if (!(gain > kLittle) && descent.stopReason != StopReason::cancelled) {
-    // A singular corner, say, whose roughness drowns all the rest: without it there may be something to gain.
-    const HeldPoints calm = holdSingularCells(patch, held);
-    if (!calm.empty()) {
-      patch = patchOf(input, calm);
-      descent = descendShape({patch}, {}, descentOptions);
-    }
+  const auto gainsLittle = [&] {
+    const SurfaceFairness &before = descent.before.front(), &after = descent.after.front();
+    return !(after.isophoteRoughness < (1 - kLittle) * before.isophoteRoughness) &&
+           !(after.plate < (1 - kLittle) * before.plate);
+  };
+  const auto again = [&](const HeldPoints& calm) {
+    if (calm.empty() || descent.stopReason == StopReason::cancelled) return;
+    patch = patchOf(input, calm);
+    descent = descendShape({patch}, {}, descentOptions);
+  };
+  if (descent.after.front().relativeError > kDiverges) again(holdSingularPlaces(patch, held));
+  // A singular corner, say, whose roughness drowns all the rest: without it there may be something to gain.
+  if (gainsLittle()) again(holdSingularCells(patchOf(input, held), held));
+  if (gainsLittle()) {
+    // Not worth a move: where one rough place has most of the roughness, a little less there may cost waves elsewhere.
+    descent.surfaces.front() = input;
+    descent.after = descent.before;
   }
   const Index unknowns = std::count_if(patch.unknownOf.begin(), patch.unknownOf.end(), [](int u) { return u >= 0; });
   ExactFairing result{std::move(descent.surfaces.front()), descent.before.front(), descent.after.front(), {}};

@@ -36,11 +36,11 @@ struct ExactFairing {
 };
 
 // Fairs `input`, rational or not; `held` as holdStrips gives it. The result has no larger plate energy, curvature
-// variation, roughness or largest curvature jump at inner knots of low continuity than the input, and the distance of
-// the two at any parameter is at most the tolerance. If nothing can be gained that way the input comes back unchanged.
-// Invariant under rescaled knots and units, to 1e-9 of the tolerance.
-// Throws InvalidInput unless the surface lies in space; or if there is no tolerance and no held point.
-// Cost: 5 to 15 steps of one assembly (O((p + 1)^6) a cell) and some sparse factorisations, O(n^3) for n x n nets.
+// variation or roughness than the input, nor a larger mean curvature jump at a knot line that is only C1, and the
+// distance of the two at any parameter is at most the tolerance. If less than 1 % can be gained that way the input
+// comes back unchanged. Invariant under rescaled knots and units, to 1e-9 of the tolerance. Throws InvalidInput unless
+// the surface lies in space; or if there is no tolerance and no held point. Cost: 5 to 15 steps of one assembly (O((p +
+// 1)^6) a cell) and some sparse factorisations, O(n^3) for n x n nets.
 ExactFairing fairExactly(const Surface& input, const HeldPoints& held, const ExactFairingOptions& options = {});
 
 }  // namespace strak

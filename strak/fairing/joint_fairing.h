@@ -36,8 +36,9 @@ struct JointFairing {
   FairingSummary summary;                            // of all together; its energy is the isophote roughness
 };
 
-// Fairs the faces of a plan. Guarantees for every face those of fairExactly, and that no joint gets a larger angle or
-// curvature jump. Throws InvalidInput as fairExactly does.
+// Fairs the faces of a plan. Guarantees for every face those of fairExactly, and that no joint gets a larger mean
+// angle or mean curvature jump; the largest angle at one place of a joint may rise to 0.1 degrees. Throws InvalidInput
+// as fairExactly does.
 JointFairing fairJointly(const PartPlan& plan, const JointFairingOptions& options = {});
 
 }  // namespace strak

@@ -8,8 +8,9 @@ namespace strak {
 
 namespace {
 
-constexpr int kMostRounds = 12;       // of inserting knots: each passes them on to a neighbour
-constexpr double kSameCorner = 1e-6;  // of the part's size
+constexpr int kMostRounds = 12;                          // of inserting knots: each passes them on to a neighbour
+constexpr Index kMostGrowth = 2, kAlwaysAllowed = 2048;  // of the points of all faces, by knots of neighbours
+constexpr double kSameCorner = 1e-6;                     // of the part's size
 
 std::vector<Surface> surfacesOf(const std::vector<PartFace>& faces) {
   std::vector<Surface> surfaces;
@@ -20,6 +21,11 @@ std::vector<Surface> surfacesOf(const std::vector<PartFace>& faces) {
 bool sameKnots(const std::vector<Surface>& a, const std::vector<Surface>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](const Surface& x, const Surface& y) { return x.knots() == y.knots(); });
+}
+
+Index pointsOf(const std::vector<Surface>& surfaces) {
+  return std::accumulate(surfaces.begin(), surfaces.end(), Index{0},
+                         [](Index sum, const Surface& surface) { return sum + surface.net().rows(); });
 }
 
 FacePlan planOne(const PartFace& face, const Surface& surface, std::size_t number, const std::vector<SidePair>& pairs,
@@ -118,9 +124,20 @@ PartPlan planPart(const std::vector<PartFace>& faces, const std::vector<SidePair
     return joint.kind != JointKind::feature && (joint.fit.compatible || joint.fit.differentKnots) &&
            !still[static_cast<std::size_t>(joint.a)] && !still[static_cast<std::size_t>(joint.b)];
   };
-  std::vector<SidePair> pairs;
-  for (const Joint& joint : measureJoints(plan.surfaces, allPairs, jointOptions)) {
-    if (usable(joint)) pairs.push_back({joint.a, joint.b, joint.sideA, joint.sideB});
+  const std::vector<Joint> measured = measureJoints(plan.surfaces, allPairs, jointOptions);
+  const auto pairsOf = [&](bool differentKnots) {
+    std::vector<SidePair> chosen;
+    for (const Joint& joint : measured) {
+      if (usable(joint) && (joint.fit.compatible || differentKnots)) {
+        chosen.push_back({joint.a, joint.b, joint.sideA, joint.sideB, {}});
+      }
+    }
+    return chosen;
+  };
+  std::vector<SidePair> pairs = pairsOf(true);
+  // Knots that differ along a long row of faces all meet in the end: too many, and those joins are left out.
+  if (pointsOf(makeCompatible(plan.surfaces, pairs)) > kMostGrowth * pointsOf(plan.surfaces) + kAlwaysAllowed) {
+    pairs = pairsOf(false);
   }
 
   std::vector<HeldPoints> held(faces.size());
