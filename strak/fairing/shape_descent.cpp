@@ -23,6 +23,8 @@ constexpr double kStopPredicted = 1e-4;
 constexpr int kMostTurns = 6;         // of the plate energy's weight, where the guard refuses
 constexpr double kInnerShare = 0.02;  // of a step's decrease: how sharply the next one is solved
 constexpr double kFinest = 1e-5, kCoarsest = 1e-3;
+constexpr Index kLarge = 20'000;  // unknown points: a step takes minutes, so only steps that bring much are taken
+constexpr double kStopLarge = 2e-2;
 constexpr double kStartAccuracy = 1e-6;  // of the metric energy of the input
 
 class Descent {
@@ -38,6 +40,7 @@ class Descent {
   ShapeDescent run();
 
  private:
+  bool isLarge() const { return problem_.unknowns() > kLarge; }
   void setMetrics(double most);
   void startFromMetric();
   void stage();
@@ -145,11 +148,11 @@ void Descent::stage() {
       }
       if (accepted) {
         ++steps_;
-        small = -change < kStopChange ? small + 1 : 0;
+        small = -change < (isLarge() ? kStopLarge : kStopChange) ? small + 1 : 0;
         // Inner lines must hold at every step: the last one taken is the result.
         if (problem_.patches() == 1 && raiseWeights()) small = 0;
         accuracy = std::clamp(kInnerShare * predicted, kFinest, kCoarsest);
-        if (small >= 2) {
+        if (small >= (isLarge() ? 1 : 2)) {
           stop_ = StopReason::gain;
           if (!raiseWeights()) return;
           small = 0;
@@ -180,7 +183,7 @@ ShapeDescent Descent::run() {
     const double firstMerit = problem_.plainMerit(now_);
     const std::size_t firstStage = accepted_.size();
     // The arc lengths of the input were those of its noise: once more with those of the result.
-    if (stop_ != StopReason::cancelled) {
+    if (stop_ != StopReason::cancelled && !isLarge()) {
       problem_.refineRows(e_);
       setMetrics(kLaterMetricWeight);
       problem_.resetPlateWeights();
