@@ -131,6 +131,17 @@ void noteHonestly(FairedObject& entry) {
   }
 }
 
+// The largest move of a held control point: nothing, unless something went wrong.
+double heldMove(const FacePlan& plan, const Surface& after) {
+  if (after.knots() != plan.spline.knots()) return 0;  // the input itself
+  double largest = 0;
+  for (std::size_t r = 0; r < plan.held.size(); ++r) {
+    const auto row = static_cast<Index>(r);
+    if (plan.held[r] != 0) largest = std::max(largest, (after.net().row(row) - plan.spline.net().row(row)).norm());
+  }
+  return largest;
+}
+
 const char* const kNothingGained = "already as fair as the tolerance and the held points allow: left as it was";
 
 void fairSurfaceExactly(const Model& model, const Job& job, const Surface& spline, const FairModelOptions& options,
@@ -163,6 +174,7 @@ void fairSurfaceExactly(const Model& model, const Job& job, const Surface& splin
     entry.notes = {kNothingGained};
   }
   entry.energyName = kExactEnergy;
+  entry.heldMaxMove = heldMove(plan, faired.spline);
   describeResult(objectAt(model, job.objects.front()), spline, std::move(faired.spline), faired.summary, deviation,
                  entry);
 }
