@@ -124,11 +124,8 @@ TEST(Digitised, SaysWhatItCannotRead) {
 }
 
 std::filesystem::path dataFolder() {
-  if (const char* named = std::getenv("STRAK_DATA")) return named;
-  for (auto folder = std::filesystem::current_path(); folder != folder.root_path(); folder = folder.parent_path()) {
-    if (std::filesystem::exists(folder / "shared/data")) return folder / "shared/data";
-  }
-  return {};
+  const char* named = std::getenv("STRAK_DATA");
+  return named ? named : STRAK_SOURCE_DIR "/../shared/data";
 }
 
 struct Real {
@@ -136,6 +133,8 @@ struct Real {
   const char* ending;
   double tolerance;
 };
+
+void PrintTo(const Real& real, std::ostream* out) { *out << real.folder; }
 
 class RealCurves : public testing::TestWithParam<Real> {};
 
@@ -168,7 +167,8 @@ TEST_P(RealCurves, GetFewerCurvatureExtrema) {
   EXPECT_GT(count, 3);
 }
 
-INSTANTIATE_TEST_SUITE_P(Files, RealCurves, testing::Values(Real{"airfoil", ".dat", 5e-4}, Real{"curve", ".csv", 0.2}));
+INSTANTIATE_TEST_SUITE_P(Files, RealCurves, testing::Values(Real{"airfoil", ".dat", 5e-4}, Real{"curve", ".csv", 0.2}),
+                         [](const auto& test) { return std::string(test.param.folder); });
 
 }  // namespace
 }  // namespace strak
