@@ -19,10 +19,10 @@ Surface toSpline(const Geom_BSplineSurface& surface, double unitLength);
 Handle(Geom_BSplineCurve) fromSpline(const Curve& curve, double unitLength);
 Handle(Geom_BSplineSurface) fromSpline(const Surface& surface, double unitLength);
 
-// Changes `live` in place to `target`, which has the degrees and the domain of `original`: knots that `target` lacks are
-// removed, new ones inserted, control points and weights set where they differ from what `live` has. A target equal to
-// toSpline(original) gives the poles and weights of `original` to the bit. Throws Failure if the knots or the weights
-// do not come out as asked.
+// Changes `live` in place to `target`, which has the degrees and the domain of `original`: knots that `target` lacks
+// are removed, new ones inserted, control points and weights set where they differ from what `live` has. A target equal
+// to toSpline(original) gives the poles and weights of `original` to the bit. Throws Failure if the knots or the
+// weights do not come out as asked.
 void assign(Geom_BSplineCurve& live, const Geom_BSplineCurve& original, const Curve& target, double unitLength);
 void assign(Geom_BSplineSurface& live, const Geom_BSplineSurface& original, const Surface& target, double unitLength);
 

@@ -19,9 +19,9 @@ struct JointFigure {
 };
 
 struct Continuity {
-  JointFigure gap;        // distance of the two edges; the model's unit
-  JointFigure angle;      // between the tangent planes; radians, in [0, pi]
-  JointFigure curvature;  // difference of the normal curvatures across the edge; 1 / length
+  JointFigure gap;              // distance of the two edges; the model's unit
+  JointFigure angle;            // between the tangent planes; radians, in [0, pi]
+  JointFigure curvature;        // difference of the normal curvatures across the edge; 1 / length
   double length = 0;            // of the edge
   double largestCurvature = 0;  // of the normal curvatures across the edge, on either side
   Index samples = 0;

@@ -79,12 +79,11 @@ std::string fairReportHtml(const FairReport& report);
 // One JSON object: version, command, inputs, output, unit, size, tolerance, tolerance_kind, objects, audit, joins,
 // seconds.
 // An object: name, kind, degree, points, left_alone or null, notes and, if it was faired, energy {name, before, after},
-// plate {before, after}, of curves also curve {before, after} and curvatureExtrema {before, after}, deviation {control_points, lower, certified}, held_max_move, steps, gap, stop_reason, seconds;
-// with --simplify also simplified {knotsRemoved, pointsBefore, pointsAfter}, with --smooth-knots smoothed_knots
-// {smoothed, kept, deviation}.
-// A join: edge, faces (object numbers from 1), gap, angle (degrees), curvature, angle_rms, curvature_rms, kind, each
-// {before, after}.
-// Numbers read back to the same doubles; infinities and NaN are null.
+// plate {before, after}, of curves also curve {before, after} and curvatureExtrema {before, after}, deviation
+// {control_points, lower, certified}, held_max_move, steps, gap, stop_reason, seconds; with --simplify also simplified
+// {knotsRemoved, pointsBefore, pointsAfter}, with --smooth-knots smoothed_knots {smoothed, kept, deviation}. A join:
+// edge, faces (object numbers from 1), gap, angle (degrees), curvature, angle_rms, curvature_rms, kind, each {before,
+// after}. Numbers read back to the same doubles; infinities and NaN are null.
 std::string fairReportJson(const FairReport& report);
 
 }  // namespace strak
