@@ -267,20 +267,25 @@ CadFile readCadFile(const std::filesystem::path& path, FileKind kind) {
   const std::lock_guard lock(readerMutex());
   file.document = newDocument();
   try {
-    const bool survived = survives([&] {
-      switch (kind) {
-        case FileKind::step:
-          return readStep(path, file);
-        case FileKind::iges:
-          return readIges(path, file);
-        default:
-          return readBrep(path, file);
-      }
-    });
+    // Whole files are read at about a megabyte a second.
+    constexpr double kSeconds = 15, kSecondsPerByte = 2e-5;
+    const double most = kSeconds + kSecondsPerByte * static_cast<double>(std::filesystem::file_size(path));
+    const bool survived = survives(
+        [&] {
+          switch (kind) {
+            case FileKind::step:
+              return readStep(path, file);
+            case FileKind::iges:
+              return readIges(path, file);
+            default:
+              return readBrep(path, file);
+          }
+        },
+        most);
     if (!survived) {
       file.document->IncrementRefCounter();  // half-built: never to be touched again, not even to destroy it
       file.document.Nullify();
-      broken(path, kind, "it is damaged, its references lead nowhere");
+      broken(path, kind, "it is damaged, its references lead nowhere or in circles");
     }
   } catch (const Standard_Failure& failure) {
     const char* message = failure.GetMessageString();

@@ -1,14 +1,18 @@
 #include "strak/exchange/signal_guard_occ.h"
 
+#include <unistd.h>
+
 #include <array>
 #include <csetjmp>
 #include <csignal>
+#include <ctime>
 #include <vector>
 
 namespace strak::cad {
 namespace {
 
-constexpr std::array kSignals{SIGSEGV, SIGBUS, SIGFPE};
+// The last one is the clock's.
+constexpr std::array kSignals{SIGSEGV, SIGBUS, SIGFPE, SIGVTALRM};
 constexpr std::size_t kStackSize = 1 << 16;  // for the handler, because a recursion without end leaves none
 
 thread_local sigjmp_buf* wayOut = nullptr;
@@ -48,10 +52,37 @@ class Handlers {
   stack_t oldStack_{};
 };
 
+// Sends SIGVTALRM to this thread once it has worked for so many processor seconds; none for 0.
+class Clock {
+ public:
+  explicit Clock(double seconds) {
+    if (!(seconds > 0)) return;
+    sigevent event{};
+    event.sigev_notify = SIGEV_THREAD_ID;
+    event.sigev_signo = SIGVTALRM;
+    event._sigev_un._tid = gettid();
+    running_ = timer_create(CLOCK_THREAD_CPUTIME_ID, &event, &timer_) == 0;
+    if (!running_) return;
+    itimerspec at{};
+    at.it_value.tv_sec = static_cast<time_t>(seconds) + 1;
+    timer_settime(timer_, 0, &at, nullptr);
+  }
+  ~Clock() {
+    if (running_) timer_delete(timer_);
+  }
+  Clock(const Clock&) = delete;
+  Clock& operator=(const Clock&) = delete;
+
+ private:
+  timer_t timer_{};
+  bool running_ = false;
+};
+
 }  // namespace
 
-bool survives(const std::function<void()>& work) {
+bool survives(const std::function<void()>& work, double seconds) {
   const Handlers handlers;
+  const Clock clock(seconds);
   sigjmp_buf buffer;
   // Nothing between here and `work` changes a local variable, so none is undefined after the jump.
   if (sigsetjmp(buffer, 1) != 0) {

@@ -11,8 +11,9 @@
 
 namespace strak::cad {
 
-// Runs `work`; false if it died of a signal (SIGSEGV, SIGBUS, SIGFPE). Exceptions pass through. Signals of other
+// Runs `work`; false if it died of a signal (SIGSEGV, SIGBUS, SIGFPE), or took more than `seconds` of this thread's
+// processor time (0: no limit): some damage makes the kernel go in circles. Exceptions pass through. Signals of other
 // threads go where they went before. One guard at a time: the caller holds readerMutex().
-bool survives(const std::function<void()>& work);
+bool survives(const std::function<void()>& work, double seconds = 0);
 
 }  // namespace strak::cad
