@@ -18,14 +18,21 @@ constexpr double kFirstDamping = 1e-3;
 constexpr double kMostDamping = 1e4;
 constexpr double kSteps[] = {1, 0.4, 0.16, 0.064};
 constexpr double kLeastShare = 0.05;  // of the predicted decrease that a step must bring
-constexpr double kStopChange = 2e-3;  // of the merit, twice in a row
-constexpr double kStopPredicted = 1e-4;
 constexpr int kMostTurns = 6;         // of the plate energy's weight, where the guard refuses
 constexpr double kInnerShare = 0.02;  // of a step's decrease: how sharply the next one is solved
 constexpr double kFinest = 1e-5, kCoarsest = 1e-3;
 constexpr Index kLarge = 20'000;  // unknown points: a step takes minutes, so only steps that bring much are taken
-constexpr double kStopLarge = 2e-2;
-constexpr double kStartAccuracy = 1e-6;  // of the metric energy of the input
+constexpr double kStartAccuracy = 1e-4;  // of the metric energy of the input
+
+// When a stage ends.
+struct Stop {
+  double change;     // of the merit, less than this ...
+  int times;         // ... so often in a row
+  double predicted;  // decrease of the next step
+};
+constexpr Stop kStopFirst{1e-2, 1, 1e-3};  // the second stage goes on from there
+constexpr Stop kStopLater{2e-3, 2, 1e-4};
+constexpr Stop kStopLarge{2e-2, 1, 1e-4};
 
 class Descent {
  public:
@@ -43,7 +50,7 @@ class Descent {
   bool isLarge() const { return problem_.unknowns() > kLarge; }
   void setMetrics(double most);
   void startFromMetric();
-  void stage();
+  void stage(const Stop& stop);
   bool raiseWeights();
   void accept(const Eigen::VectorXd& e, ShapeProblem::Figures at);
 
@@ -95,8 +102,8 @@ void Descent::startFromMetric() {
 }
 
 // Steps until the merit stands still.
-void Descent::stage() {
-  double damping = kFirstDamping, accuracy = kCoarsest;
+void Descent::stage(const Stop& stop) {
+  double damping = kFirstDamping, accuracy = kCoarsest, lastPredicted = 0;
   int small = 0, turns = 0;
   while (true) {
     if (steps_ >= options_.maxSteps) {
@@ -121,7 +128,7 @@ void Descent::stage() {
       x = problem_.shrunk(x);
       const Eigen::VectorXd step = x - e_;
       const double predicted = -(gradient.dot(step) + 0.5 * step.dot(matrix.times(step)));
-      if (predicted < kStopPredicted) {
+      if (predicted < stop.predicted) {
         stop_ = StopReason::gain;
         if (!raiseWeights()) return;
         break;
@@ -148,14 +155,18 @@ void Descent::stage() {
       }
       if (accepted) {
         ++steps_;
-        small = -change < (isLarge() ? kStopLarge : kStopChange) ? small + 1 : 0;
+        small = -change < stop.change ? small + 1 : 0;
         // Inner lines must hold at every step: the last one taken is the result.
         if (problem_.patches() == 1 && raiseWeights()) small = 0;
         accuracy = std::clamp(kInnerShare * predicted, kFinest, kCoarsest);
-        if (small >= (isLarge() ? 1 : 2)) {
+        // Steps that predict their squares would bring nothing more.
+        const bool settled = lastPredicted > 0 && predicted * predicted < stop.predicted * lastPredicted;
+        lastPredicted = predicted;
+        if (small >= stop.times || settled) {
           stop_ = StopReason::gain;
           if (!raiseWeights()) return;
           small = 0;
+          lastPredicted = 0;
         }
       } else if (refused.size() > 0 && turns < kMostTurns) {
         problem_.turnPlateWeight(refused, refusedAt);
@@ -179,7 +190,7 @@ ShapeDescent Descent::run() {
   if (!nothingFree) {
     setMetrics(kMetricWeight);
     startFromMetric();
-    stage();
+    stage(isLarge() ? kStopLarge : kStopFirst);
     const double firstMerit = problem_.plainMerit(now_);
     const std::size_t firstStage = accepted_.size();
     // The arc lengths of the input were those of its noise: once more with those of the result.
@@ -187,7 +198,7 @@ ShapeDescent Descent::run() {
       problem_.refineRows(e_);
       setMetrics(kLaterMetricWeight);
       problem_.resetPlateWeights();
-      stage();
+      stage(kStopLater);
       if (problem_.patches() == 1 && problem_.plainMerit(now_) > firstMerit) accepted_.resize(firstStage);
     }
   }

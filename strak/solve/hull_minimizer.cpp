@@ -35,9 +35,9 @@ namespace {
 using Cone = Eigen::Vector4d;  // a point of the second-order cone: |last three| <= first
 using Cones = Eigen::Matrix4Xd;
 
-constexpr double kPullIn = 0.9;     // the start is moved towards the middle of its balls
+constexpr double kPullIn = 0.95;    // the start is moved towards the middle of its balls
 constexpr double kToBorder = 0.99;  // of the longest step
-constexpr double kFirstGap = 1;     // the functions to be minimised here are sums of logarithms
+constexpr double kFirstGap = 10;    // the functions to be minimised here are sums of logarithms
 constexpr double kDualResidual = 1e-4;
 
 double coneProduct(const Cone& a, const Cone& b) { return a[0] * b[0] - a.tail<3>().dot(b.tail<3>()); }
