@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
 
 #include "strak/fairing/shape_problem.h"
-#include "strak/solve/hull_minimizer.h"
+#include "strak/solve/hull_windows.h"
 
 namespace strak {
 
@@ -21,10 +22,11 @@ constexpr double kLeastShare = 0.05;  // of the predicted decrease that a step m
 constexpr int kMostTurns = 6;         // of the plate energy's weight, where the guard refuses
 constexpr double kInnerShare = 0.02;  // of a step's decrease: how sharply the next one is solved
 constexpr double kFinest = 1e-5, kCoarsest = 1e-3;
-constexpr Index kLarge = 20'000;  // unknown points: a step takes minutes, so only steps that bring much are taken
+constexpr Index kLarge = 20'000;  // unknown points: a step takes half a minute, so only steps that bring much are taken
+constexpr double kFirstGap = 10;  // the merit is a sum of logarithms
 constexpr double kStartAccuracy = 1e-4;  // of the metric energy of the input
 
-// When a stage ends.
+// When a stage ends; the figures by patches.
 struct Stop {
   double change;     // of the merit, less than this ...
   int times;         // ... so often in a row
@@ -40,15 +42,23 @@ class Descent {
           const ShapeDescentOptions& options)
       : options_(options),
         problem_(patches, joins, options.tolerance, options.ballsOnPoints),
-        factor_(problem_.pattern(), problem_.places()),
         e_(Eigen::VectorXd::Zero(3 * problem_.unknowns())),
         now_(problem_.figuresAt(e_)),
-        accepted_{e_} {}
+        accepted_{e_} {
+    if (isLarge()) {
+      windows_ = std::make_unique<HullWindows>(problem_.pattern(), problem_.places());
+    } else {
+      factor_ = std::make_unique<NestedCholesky>(problem_.pattern(), problem_.places());
+    }
+  }
   ShapeDescent run();
 
  private:
   bool isLarge() const { return problem_.unknowns() > kLarge; }
+  // The merit is a sum over the patches.
+  double scale() const { return static_cast<double>(problem_.patches()); }
   void setMetrics(double most);
+  void minimize(const BlockMatrix& matrix, const Eigen::VectorXd& linear, double accuracy, Eigen::VectorXd& x);
   void startFromMetric();
   void stage(const Stop& stop);
   bool raiseWeights();
@@ -56,7 +66,8 @@ class Descent {
 
   const ShapeDescentOptions& options_;
   ShapeProblem problem_;
-  NestedCholesky factor_;
+  std::unique_ptr<NestedCholesky> factor_;  // of everything, or of ...
+  std::unique_ptr<HullWindows> windows_;    // ... one window after the other
   Eigen::VectorXd e_;
   ShapeProblem::Figures now_;
   std::vector<Eigen::VectorXd> accepted_;
@@ -81,6 +92,17 @@ bool Descent::raiseWeights() {
   return true;
 }
 
+void Descent::minimize(const BlockMatrix& matrix, const Eigen::VectorXd& linear, double accuracy, Eigen::VectorXd& x) {
+  const HullProblem problem{&matrix, linear, &problem_.rows()};
+  const HullOptions options{.accuracy = scale() * accuracy, .firstGap = scale() * kFirstGap};
+  if (windows_) {
+    windows_->sweep(problem, x, options);
+  } else {
+    minimizeInHull(problem, *factor_, x, options);
+  }
+  x = problem_.shrunk(x);
+}
+
 // The minimum of the metric energy alone, where it has less of everything: the start for inputs that are folded or full
 // of noise, from which the exact energies would not find the way.
 void Descent::startFromMetric() {
@@ -91,8 +113,7 @@ void Descent::startFromMetric() {
   if (!(diagonal.minCoeff() > 0)) return;
   matrix.addDiagonal(1e-10 * diagonal);
   Eigen::VectorXd x = e_;
-  minimizeInHull({&matrix, gradient, &problem_.rows()}, factor_, x, {.accuracy = kStartAccuracy});
-  x = problem_.shrunk(x);
+  minimize(matrix, gradient, kStartAccuracy, x);
   ShapeProblem::Figures at = problem_.figuresAt(x);
   for (std::size_t p = 0; p < problem_.patches(); ++p) {
     const ShapeEnergies& first = problem_.firstEnergies(p);
@@ -119,16 +140,18 @@ void Descent::stage(const Stop& stop) {
     problem_.addStep(e_, now_, matrix, gradient);
     const Eigen::VectorXd diagonal = matrix.pointDiagonal();
     bool accepted = false;
+    double added = 0;
     while (!accepted) {
-      BlockMatrix damped = matrix;
-      damped.addDiagonal(damping * diagonal);
+      matrix.addDiagonal((damping - added) * diagonal);
+      added = damping;
       Eigen::VectorXd x = e_;
-      const Eigen::VectorXd linear = gradient - damped.times(e_);
-      minimizeInHull({&damped, linear, &problem_.rows()}, factor_, x, {.accuracy = accuracy});
-      x = problem_.shrunk(x);
+      minimize(matrix, gradient - matrix.times(e_), accuracy, x);
       const Eigen::VectorXd step = x - e_;
-      const double predicted = -(gradient.dot(step) + 0.5 * step.dot(matrix.times(step)));
-      if (predicted < stop.predicted) {
+      double predicted = -(gradient.dot(step) + 0.5 * step.dot(matrix.times(step)));
+      for (Index i = 0; i < diagonal.size(); ++i) {
+        predicted += 0.5 * damping * diagonal[i] * step.segment<3>(3 * i).squaredNorm();
+      }
+      if (predicted < scale() * stop.predicted) {
         stop_ = StopReason::gain;
         if (!raiseWeights()) return;
         break;
@@ -155,12 +178,12 @@ void Descent::stage(const Stop& stop) {
       }
       if (accepted) {
         ++steps_;
-        small = -change < stop.change ? small + 1 : 0;
+        small = -change < scale() * stop.change ? small + 1 : 0;
         // Inner lines must hold at every step: the last one taken is the result.
         if (problem_.patches() == 1 && raiseWeights()) small = 0;
-        accuracy = std::clamp(kInnerShare * predicted, kFinest, kCoarsest);
+        accuracy = std::clamp(kInnerShare * predicted / scale(), kFinest, kCoarsest);
         // Steps that predict their squares would bring nothing more.
-        const bool settled = lastPredicted > 0 && predicted * predicted < stop.predicted * lastPredicted;
+        const bool settled = lastPredicted > 0 && predicted * predicted < scale() * stop.predicted * lastPredicted;
         lastPredicted = predicted;
         if (small >= stop.times || settled) {
           stop_ = StopReason::gain;

@@ -21,13 +21,28 @@ Eigen::VectorXd BallRows::times(const Eigen::VectorXd& x) const {
   return y;
 }
 
-double BallRows::largestRatio(const Eigen::VectorXd& x) const {
-  const Eigen::VectorXd y = times(x);
+namespace {
+
+double largestOf(const Eigen::VectorXd& sums, const std::vector<double>& radius) {
   double largest = 0;
-  for (Index i = 0; i < count(); ++i) {
-    largest = std::max(largest, y.segment<3>(3 * i).norm() / radius[static_cast<std::size_t>(i)]);
+  for (std::size_t i = 0; i < radius.size(); ++i) {
+    largest = std::max(largest, sums.segment<3>(3 * static_cast<Index>(i)).norm() / radius[i]);
   }
   return largest;
+}
+
+}  // namespace
+
+double BallRows::largestRatio(const Eigen::VectorXd& x) const { return largestOf(times(x), radius); }
+
+Eigen::VectorXd HullProblem::sums(const Eigen::VectorXd& x) const {
+  Eigen::VectorXd sums = rows->times(x);
+  if (offset) sums += *offset;
+  return sums;
+}
+
+double HullProblem::largestRatio(const Eigen::VectorXd& x) const {
+  return rows && rows->count() > 0 ? largestOf(sums(x), rows->radius) : 0;
 }
 
 namespace {
@@ -35,10 +50,9 @@ namespace {
 using Cone = Eigen::Vector4d;  // a point of the second-order cone: |last three| <= first
 using Cones = Eigen::Matrix4Xd;
 
-constexpr double kPullIn = 0.95;    // the start is moved towards the middle of its balls
+constexpr double kPullIn = 0.95;    // where the rows' sums are first taken to be, towards the middle of their balls
 constexpr double kToBorder = 0.99;  // of the longest step
-constexpr double kFirstGap = 10;    // the functions to be minimised here are sums of logarithms
-constexpr double kDualResidual = 1e-4;
+constexpr double kResidual = 2e-5;  // of the first one
 
 double coneProduct(const Cone& a, const Cone& b) { return a[0] * b[0] - a.tail<3>().dot(b.tail<3>()); }
 
@@ -112,18 +126,18 @@ double toBorder(const Cone& x, const Cone& d) {
 
 class InteriorPoints {
  public:
-  InteriorPoints(const HullProblem& problem, NestedCholesky& factor, const Eigen::VectorXd& start)
-      : p_(problem), rows_(*problem.rows), factor_(factor), newton_(*problem.hessian), x_(kPullIn * start) {
+  InteriorPoints(const HullProblem& problem, NestedCholesky& factor, const Eigen::VectorXd& start, double firstGap)
+      : p_(problem), rows_(*problem.rows), factor_(factor), newton_(*problem.hessian), x_(start) {
     findPlaces();
     const Index n = rows_.count();
     s_.resize(4, n);
     z_.resize(4, n);
-    const Eigen::VectorXd y = rows_.times(x_);
+    const Eigen::VectorXd y = kPullIn * p_.sums(x_);
     for (Index i = 0; i < n; ++i) {
       s_.col(i) << rows_.radius[static_cast<std::size_t>(i)], y.segment<3>(3 * i);
       Cone inverse = s_.col(i);
       inverse.tail<3>() *= -1;
-      z_.col(i) = kFirstGap / static_cast<double>(n) / coneProduct(s_.col(i), s_.col(i)) * inverse;
+      z_.col(i) = firstGap / static_cast<double>(n) / coneProduct(s_.col(i), s_.col(i)) * inverse;
     }
   }
 
@@ -133,7 +147,7 @@ class InteriorPoints {
  private:
   void findPlaces();
   void addTransposed(const Cones& y, double sign, Eigen::VectorXd& to) const;
-  Cones rowsTimes(const Eigen::VectorXd& x) const;
+  Cones asCones(const Eigen::VectorXd& sums) const;
   bool factorNewton(const std::vector<Scaling>& w);
 
   const HullProblem& p_;
@@ -181,10 +195,10 @@ void InteriorPoints::addTransposed(const Cones& y, double sign, Eigen::VectorXd&
   }
 }
 
-Cones InteriorPoints::rowsTimes(const Eigen::VectorXd& x) const {
-  const Eigen::VectorXd y = rows_.times(x);
+Cones InteriorPoints::asCones(const Eigen::VectorXd& sums) const {
   Cones c(4, rows_.count());
-  for (Index i = 0; i < rows_.count(); ++i) c.col(i) << 0, y.segment<3>(3 * i);
+  c.row(0).setZero();
+  c.bottomRows<3>() = Eigen::Map<const Eigen::Matrix3Xd>(sums.data(), 3, rows_.count());
   return c;
 }
 
@@ -196,7 +210,7 @@ HullResult InteriorPoints::run(const HullOptions& options) {
   while (true) {
     result.gap = s_.cwiseProduct(z_).sum();
     result.value = x_.dot(0.5 * ax + p_.linear);
-    if (result.gap <= options.accuracy && residualLeft <= kDualResidual) {
+    if (result.gap <= options.accuracy && residualLeft <= kResidual) {
       result.solved = true;
       return result;
     }
@@ -210,9 +224,11 @@ HullResult InteriorPoints::run(const HullOptions& options) {
     }
     ++result.factors;
     if (!lambda.allFinite() || !factorNewton(w)) return result;
-    // The stationarity A x + b - R^T z = 0.
+    // The stationarity A x + b - R^T z = 0, and s = (radius, R x + offset).
     Eigen::VectorXd residual = ax + p_.linear;
     addTransposed(z_, -1, residual);
+    Cones apart = asCones(p_.sums(x_));
+    apart.bottomRows<3>() -= s_.bottomRows<3>();
 
     Cones ds(4, n), dz(4, n), target(4, n);
     Eigen::VectorXd dx;
@@ -220,12 +236,13 @@ HullResult InteriorPoints::run(const HullOptions& options) {
       Cones scaled(4, n);
       for (Index i = 0; i < n; ++i) {
         target.col(i) = jordanDivide(target.col(i), lambda.col(i));
-        scaled.col(i) = w[static_cast<std::size_t>(i)].inverseTimes(target.col(i));
+        const Scaling& scale = w[static_cast<std::size_t>(i)];
+        scaled.col(i) = scale.inverseTimes(target.col(i) - scale.inverseTimes(share * apart.col(i)));
       }
       Eigen::VectorXd right = -share * residual;
       addTransposed(scaled, 1, right);
       dx = factor_.solve(right);
-      ds = rowsTimes(dx);
+      ds = asCones(rows_.times(dx)) + share * apart;
       for (Index i = 0; i < n; ++i) {
         const Scaling& scale = w[static_cast<std::size_t>(i)];
         dz.col(i) = scale.inverseTimes(target.col(i) - scale.inverseTimes(ds.col(i)));
@@ -267,13 +284,13 @@ HullResult minimizeInHull(const HullProblem& problem, NestedCholesky& factor, Ei
   result.factors = 1;
   if (!factor.factor(*problem.hessian)) return result;
   const Eigen::VectorXd free = factor.solve(-problem.linear);
-  if (!problem.rows || problem.rows->count() == 0 || problem.rows->largestRatio(free) <= 1) {
+  if (problem.largestRatio(free) <= 1) {
     x = free;
     result.solved = true;
     result.value = 0.5 * x.dot(problem.linear);
     return result;
   }
-  InteriorPoints method(problem, factor, x);
+  InteriorPoints method(problem, factor, x, options.firstGap);
   result = method.run(options);
   ++result.factors;
   x = method.x();

@@ -4,7 +4,7 @@
 // a tolerance on the surface, where the combinations are the control points of the refined difference.
 //
 // Method: primal-dual interior points with Nesterov and Todd's scaling and Mehrotra's correction, one sparse factor an
-// iteration; every iterate lies strictly inside all balls. Source: Vandenberghe, "The CVXOPT linear and quadratic cone
+// iteration, from the start pulled into the balls. Source: Vandenberghe, "The CVXOPT linear and quadratic cone
 // program solvers" (2010), sections 4 and 5. An augmented Lagrangian with semismooth Newton steps was tried first: as
 // good where a ball or two are touched, 60 factors and more without an end where hundreds are.
 
@@ -28,13 +28,19 @@ struct BallRows {
 };
 
 struct HullProblem {
-  const BlockMatrix* hessian = nullptr;  // A, positive definite
-  Eigen::VectorXd linear;                // b
-  const BallRows* rows = nullptr;        // null or empty: no constraint
+  const BlockMatrix* hessian = nullptr;     // A, positive definite
+  Eigen::VectorXd linear;                   // b
+  const BallRows* rows = nullptr;           // null or empty: no constraint
+  const Eigen::VectorXd* offset = nullptr;  // three numbers a row, added to the rows' sums; null: none
+
+  // The rows' sums with the offset, and the largest one by its radius.
+  Eigen::VectorXd sums(const Eigen::VectorXd& x) const;
+  double largestRatio(const Eigen::VectorXd& x) const;
 };
 
 struct HullOptions {
   double accuracy = 1e-5;  // of the value, absolute
+  double firstGap = 10;    // some ten times what the value may fall
   int maxFactors = 60;
 };
 
@@ -46,8 +52,8 @@ struct HullResult {
 };
 
 // Minimises x^T A x / 2 + b^T x. `x`, which must lie in all balls, is the start and the result; the result lies in them
-// too. Cost: one factorisation where no ball is in the way, else some 8 to 25. Returns solved = false, with x as it
-// was, if A is not positive definite.
+// to a millionth of their radius. Cost: one factorisation where no ball is in the way, else some 8 to 25. Returns
+// solved = false, with x as it was, if A is not positive definite.
 HullResult minimizeInHull(const HullProblem& problem, NestedCholesky& factor, Eigen::VectorXd& x,
                           const HullOptions& options = {});
 

@@ -116,6 +116,35 @@ TEST(HullMinimizer, StartsAnywhereInside) {
   EXPECT_LT((x - y).norm(), 1e-3 * x.norm());
 }
 
+// What an offset adds is what a point that is held would have given.
+TEST(HullMinimizer, OffsetsStandForPointsThatAreHeld) {
+  Chain all(40, 9);
+  all.addRows(0.05);
+  Eigen::VectorXd whole = Eigen::VectorXd::Zero(120);
+  ASSERT_TRUE(all.minimize(whole).solved);
+  // The first point held where the solution has it.
+  const Eigen::Vector3d held = whole.head<3>();
+  Chain rest(39);
+  rest.rows = {};
+  rest.addRows(0.05);
+  rest.rows.start.insert(rest.rows.start.begin() + 1, 1);
+  for (std::size_t i = 2; i < rest.rows.start.size(); ++i) ++rest.rows.start[i];
+  rest.rows.point.insert(rest.rows.point.begin(), 0);
+  rest.rows.weight.insert(rest.rows.weight.begin(), 0.75);
+  rest.rows.radius.push_back(0.05);
+  rest.linear = all.linear.tail(117);
+  rest.linear.head<3>() += -4 * held;
+  rest.linear.segment<3>(3) += held;
+  Eigen::VectorXd offset = Eigen::VectorXd::Zero(3 * rest.rows.count());
+  offset.head<3>() = 0.25 * held;
+  Eigen::VectorXd x = 0.9 * whole.tail(117);
+  const HullProblem problem{&rest.matrix, rest.linear, &rest.rows, &offset};
+  const HullResult result = minimizeInHull(problem, rest.factor, x, {.accuracy = 1e-9});
+  EXPECT_TRUE(result.solved);
+  EXPECT_LE(problem.largestRatio(x), 1 + 1e-6);
+  EXPECT_LT((x - whole.tail(117)).norm(), 1e-3 * whole.norm());
+}
+
 TEST(HullMinimizer, SaysWhatIsNotConvex) {
   Chain chain(10);
   chain.addRows(1);
