@@ -48,21 +48,24 @@ void requireReportPath(const FairArguments& arguments) {
   }
 }
 
+// The energies that act on the surface and not on its parameters.
+bool isInSpace(const std::string& energy) { return energy == kExactEnergy || energy == kDataDependentEnergy; }
+
 // The energy that is meant: options that only quadratic energies have imply one.
 std::string energyOf(const FairArguments& arguments) {
-  const bool exact = arguments.energy == kExactEnergy;
+  const std::string named = arguments.energy == "beltrami" ? kDataDependentEnergy : arguments.energy;
   const char* quadratic = nullptr;
   if (arguments.method != "optimal") quadratic = "--method";
   if (!arguments.scale.empty()) quadratic = "--parameter-scale";
   if (!arguments.gap.empty()) quadratic = "--gap";
-  if (exact && quadratic) {
+  if (isInSpace(named) && quadratic) {
     throw InvalidInput(fmt::format(
-        "{} is for quadratic energies, --energy exact has none: leave it out, or choose --energy thin-plate",
-        quadratic));
+        "{} is for energies in the parameters, and --energy {} is none: leave it out, or choose --energy thin-plate",
+        quadratic, named));
   }
-  if (!arguments.energy.empty()) {
-    if (!exact) energyNamed<2>(arguments.energy);
-    return arguments.energy;
+  if (!named.empty()) {
+    if (!isInSpace(named)) energyNamed<2>(named);
+    return named;
   }
   return quadratic ? "thin-plate" : kExactEnergy;
 }
@@ -89,9 +92,9 @@ CertifiedFairingOptions fairingOptions(const FairArguments& arguments, double mo
   CertifiedFairingOptions options;
   if (!isClassicalMethod(arguments.method)) options.method = fairingMethodNamed(arguments.method);
   if (!arguments.tolerance.empty()) options.tolerance = lengthOf("--tolerance", arguments.tolerance, modelSize);
-  const bool exact = energyOf(arguments) == kExactEnergy;
-  options.toleranceKind = arguments.toleranceKind.empty() ? (exact ? ToleranceKind::surface : ToleranceKind::points)
-                                                          : toleranceKindNamed(arguments.toleranceKind);
+  options.toleranceKind = !arguments.toleranceKind.empty() ? toleranceKindNamed(arguments.toleranceKind)
+                          : isInSpace(energyOf(arguments)) ? ToleranceKind::surface
+                                                           : ToleranceKind::points;
   if (!arguments.gap.empty()) options.gap = positiveNumber("--gap", arguments.gap);
   options.minGain = positiveNumber("--min-gain", arguments.minGain, true);
   if (!arguments.steps.empty()) options.maxSteps = wholeNumber("--steps", arguments.steps, 1);
@@ -280,7 +283,8 @@ void addFair(CLI::App& program, const std::string& commandLine) {
                       "(0.0001size); without it only the held rows keep the shape");
   command->add_option("--tolerance-kind", arguments->toleranceKind,
                       "surface: the certified deviation of the surface is at most the tolerance; points: no control "
-                      "point moves further. Default: surface for --energy exact, points for quadratic energies");
+                      "point moves further. Default: surface for --energy exact and data-dependent, points for "
+                      "quadratic energies");
   command
       ->add_option("--hold", arguments->hold,
                    "What stays at the borders: g0, g1, g2 (1, 2, 3 rows of control points), a number of rows, or "
@@ -293,8 +297,9 @@ void addFair(CLI::App& program, const std::string& commandLine) {
       ->capture_default_str();
   command->add_option(
       "--energy", arguments->energy,
-      "exact: bending, curvature variation and isophote roughness of the surface itself (default); or a "
-      "quadratic energy in the parameters: thin-plate, laplacian, third-order, laplacian-gradient, "
+      "exact: bending, curvature variation and isophote roughness of the surface itself (default); "
+      "data-dependent (or beltrami): bending in the geometry of the step before, for comparison; or a quadratic energy "
+      "in the parameters: thin-plate, laplacian, third-order, laplacian-gradient, "
       "third-derivatives, q3, or a mixture like thin-plate+0.01*third-derivatives");
   command->add_option("--parameter-scale", arguments->scale,
                       "In which parameters a quadratic energy is measured: lengths (of the parameter lines, default), "

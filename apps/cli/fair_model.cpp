@@ -17,6 +17,7 @@
 #include "apps/cli/fair_part.h"
 #include "apps/cli/model_editor.h"
 #include "strak/base/error.h"
+#include "strak/fairing/data_dependent_fairing.h"
 #include "strak/fairing/exact_fairing.h"
 
 namespace strak::cli {
@@ -144,10 +145,43 @@ double heldMove(const FacePlan& plan, const Surface& after) {
 
 const char* const kNothingGained = "already as fair as the tolerance and the held points allow: left as it was";
 
-void fairSurfaceExactly(const Model& model, const Job& job, const Surface& spline, const FairModelOptions& options,
+template <class Options>
+Options optionsInSpace(const FairModelOptions& options, const Progress& progress) {
+  Options result;
+  result.tolerance = options.fairing.tolerance;
+  result.ballsOnPoints = options.fairing.toleranceKind == ToleranceKind::points;
+  result.maxSteps = static_cast<int>(std::min<Index>(options.fairing.maxSteps, result.maxSteps));
+  result.progress = progress;
+  return result;
+}
+
+// By the energy of the shape itself that the options name; tells the entry why if nothing moves.
+Faired<2> fairInSpace(const FacePlan& plan, const FairModelOptions& options, const Progress& progress,
+                      FairedObject& entry) {
+  if (options.energy == kExactEnergy) {
+    ExactFairing faired = fairExactly(plan.spline, plan.held, optionsInSpace<ExactFairingOptions>(options, progress));
+    if (!(faired.summary.largestMove > 0)) entry.notes = {kNothingGained};
+    return {std::move(faired.spline), faired.summary};
+  }
+  DataDependentFairing faired =
+      fairDataDependently(plan.spline, plan.held, optionsInSpace<DataDependentFairingOptions>(options, progress));
+  if (!(faired.summary.largestMove > 0)) {
+    entry.notes = {faired.takenBack == 0 ? std::string(kNothingGained)
+                                         : "every step made bending, curvature variation or roughness larger: left as "
+                                           "it was; --energy exact has steps that do not"};
+  } else if (faired.takenBack > 0) {
+    entry.notes.push_back(
+        fmt::format("the last {} of {} steps made bending, curvature variation or roughness larger than before and "
+                    "were taken back",
+                    faired.takenBack, faired.summary.steps));
+  }
+  return {std::move(faired.spline), faired.summary};
+}
+
+void fairSurfaceInSpace(const Model& model, const Job& job, const Surface& spline, const FairModelOptions& options,
                         const Progress& progress, FairedObject& entry) {
   if (spline.pointDimension() != 3) {
-    entry.leftAlone = "exact energies need a surface in space: choose another --energy";
+    entry.leftAlone = fmt::format("{} energies need a surface in space: choose another --energy", options.energy);
     return;
   }
   PlanOptions planOptions;
@@ -160,20 +194,14 @@ void fairSurfaceExactly(const Model& model, const Job& job, const Surface& splin
     entry.leftAlone = plan.leftAlone;
     return;
   }
-  ExactFairingOptions exact;
-  exact.tolerance = options.fairing.tolerance;
-  exact.ballsOnPoints = options.fairing.toleranceKind == ToleranceKind::points;
-  exact.maxSteps = static_cast<int>(std::min<Index>(options.fairing.maxSteps, exact.maxSteps));
-  exact.progress = progress;
-  ExactFairing faired = fairExactly(plan.spline, plan.held, exact);
+  Faired<2> faired = fairInSpace(plan, options, progress, entry);
   Deviation<2> deviation;
   if (faired.summary.largestMove > 0) {
     deviation = certifyDeviation(spline, faired.spline);
   } else {
     faired.spline = spline;
-    entry.notes = {kNothingGained};
   }
-  entry.energyName = kExactEnergy;
+  entry.energyName = options.energy;
   entry.heldMaxMove = heldMove(plan, faired.spline);
   describeResult(objectAt(model, job.objects.front()), spline, std::move(faired.spline), faired.summary, deviation,
                  entry);
@@ -189,10 +217,14 @@ void fairOne(const Model& model, const Job& job, const Spline<D>& spline, const 
     if (fairOtherwise(object, spline, rowsFor<D>(options.holdRows), options, progress, entry)) return;
   }
   if constexpr (D == 2) {
-    if (options.energy == kExactEnergy) {
-      fairSurfaceExactly(model, job, spline, options, progress, entry);
+    if (options.energy == kExactEnergy || options.energy == kDataDependentEnergy) {
+      fairSurfaceInSpace(model, job, spline, options, progress, entry);
       return;
     }
+  }
+  if (options.energy == kDataDependentEnergy) {
+    entry.leftAlone = "the data-dependent energy is one of surfaces: choose another --energy";
+    return;
   }
   const auto energy = energyNamed<D>(options.energy == kExactEnergy ? "thin-plate" : options.energy);
   const auto plan = planOf(model, job, spline, energy, options);

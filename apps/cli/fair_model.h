@@ -13,16 +13,18 @@
 
 namespace strak::cli {
 
-// The name of the energies of the shape itself.
+// The names of the energies of the shape itself, and of the one in the geometry of the step before.
 inline constexpr const char* kExactEnergy = "exact";
+inline constexpr const char* kDataDependentEnergy = "data-dependent";
 
 // What happens to the joins of faces: they stay as they are, or become smoother, with the faces on both sides moving.
 enum class JoinWish { keep, g1, g2 };
 
 struct FairModelOptions {
-  std::vector<Index> selected;        // numbers of the objects to fair
-  std::string energy = kExactEnergy;  // exact (surfaces in space; thin-plate for all else), or as energyNamed has it
-  std::vector<Index> holdRows{3};     // one number for all ends, or one an end
+  std::vector<Index> selected;  // numbers of the objects to fair
+  // exact (surfaces in space; thin-plate for all else), data-dependent (surfaces in space), or as energyNamed has it
+  std::string energy = kExactEnergy;
+  std::vector<Index> holdRows{3};  // one number for all ends, or one an end
   JoinWish join = JoinWish::keep;
   bool refine = true;               // knots may be inserted where nothing is free
   KnotOptions knots;                // what is done to the knots before and after

@@ -1,0 +1,41 @@
+#pragma once
+//
+// Fairing by the data-dependent energy (beltrami_energy.h): the surface that bends least in the inner geometry of the
+// one before, again and again, inside a tolerance. Every step is a convex quadratic problem, so that one is about as
+// cheap as with an energy in the parameters, but the result does not depend on the parametrization.
+//
+// What it is not: a way to the least int H^2. Where the steps come to rest, Delta Delta X = 0 in the surface's own
+// geometry, which is not the condition of Willmore's surfaces; and curvature variation is not in it at all. Hence the
+// guard. Source: Greiner (1994), Hoschek and Juettler, sections 3 and 5; the inner problem as in exact_fairing.h.
+
+#include "strak/base/progress.h"
+#include "strak/fairing/faired.h"
+#include "strak/fairing/held_points.h"
+#include "strak/metrology/fairness.h"
+
+namespace strak {
+
+struct DataDependentFairingOptions {
+  double tolerance = kUnlimited;  // of the surface, model units; certified by the refined difference
+  bool ballsOnPoints = false;     // bound the control points' moves instead, as (13) does
+  int maxSteps = 40;              // quadratic problems solved
+  Progress progress = {};
+};
+
+struct DataDependentFairing {
+  Surface spline;
+  SurfaceFairness before, after;  // over the knot cells that free points move, integrated adaptively
+  FairingSummary summary;         // its energy is int 4 H^2; the gap is not a number: not convex
+  int takenBack = 0;              // last steps that made bending, curvature variation or roughness larger than before
+};
+
+// Fairs `input`, rational or not; `held` as holdStrips gives it. The steps end where no point moves by more than a
+// thousandth of the tolerance (a millionth of the size without one). The result is the last of them whose plate energy,
+// curvature variation and roughness are not larger than the input's, nor its mean curvature jump at a knot line that is
+// only C1; the input itself if there is none. The distance of the two at any parameter is at most the tolerance. Throws
+// InvalidInput unless the surface lies in space; or if there is no tolerance and no held point. Cost: 3 to 15 steps of
+// one assembly (O((p + 1)^6) a cell) and some sparse factorisations, O(n^3) for n x n nets.
+DataDependentFairing fairDataDependently(const Surface& input, const HeldPoints& held,
+                                         const DataDependentFairingOptions& options = {});
+
+}  // namespace strak
