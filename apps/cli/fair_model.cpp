@@ -172,8 +172,9 @@ Faired<2> fairInSpace(const FacePlan& plan, const FairModelOptions& options, con
   } else if (faired.takenBack > 0) {
     entry.notes.push_back(
         fmt::format("the last {} of {} steps made bending, curvature variation or roughness larger than before and "
-                    "were taken back",
-                    faired.takenBack, faired.summary.steps));
+                    "were taken back{}",
+                    faired.takenBack, faired.summary.steps,
+                    faired.takenBack == faired.summary.steps ? ", but for a part of the first" : ""));
   }
   return {std::move(faired.spline), faired.summary};
 }

@@ -26,15 +26,17 @@ struct DataDependentFairing {
   Surface spline;
   SurfaceFairness before, after;  // over the knot cells that free points move, integrated adaptively
   FairingSummary summary;         // its energy is int 4 H^2; the gap is not a number: not convex
-  int takenBack = 0;              // last steps that made bending, curvature variation or roughness larger than before
+  int takenBack = 0;              // the last steps, where they made one of these figures larger
 };
 
-// Fairs `input`, rational or not; `held` as holdStrips gives it. The steps end where no point moves by more than a
-// thousandth of the tolerance (a millionth of the size without one). The result is the last of them whose plate energy,
-// curvature variation and roughness are not larger than the input's, nor its mean curvature jump at a knot line that is
-// only C1; the input itself if there is none. The distance of the two at any parameter is at most the tolerance. Throws
-// InvalidInput unless the surface lies in space; or if there is no tolerance and no held point. Cost: 3 to 15 steps of
-// one assembly (O((p + 1)^6) a cell) and some sparse factorisations, O(n^3) for n x n nets.
+// Fairs `input`, rational or not; `held` as holdStrips gives it. First reference is the least metric energy
+// (shape_energy.h) within the tolerance if that bends less than the input: in the geometry of a noisy surface the noise
+// of its parameters costs nothing. The steps end where int 4 H^2 falls by less than a thousandth. The result is the
+// last of them whose plate energy, curvature variation and roughness are not larger than the input's, nor the jumps of
+// the curvature at knot lines that are only C1, taken together; if there is none, half or a quarter of the first one,
+// or the input itself. The distance of the two at any parameter is at most the tolerance. Throws InvalidInput unless
+// the surface lies in space; or if there is no tolerance and no held point. Cost: 2 to 8 steps of one assembly (O((p +
+// 1)^6) a cell) and some 5 to 15 sparse factorisations, O(n^3) for n x n nets.
 DataDependentFairing fairDataDependently(const Surface& input, const HeldPoints& held,
                                          const DataDependentFairingOptions& options = {});
 

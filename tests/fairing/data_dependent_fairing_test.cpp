@@ -94,13 +94,11 @@ TEST(DataDependentFairing, DoesNotDependOnUnitsAndKnots) {
   EXPECT_LT((scaled - faired).cwiseAbs().maxCoeff(), 1e-6 * tolerance);
 }
 
-// Without a tolerance, held at its border: a saddle of straight lines becomes ... the surface of least int H^2 near it,
-// and where the border is that of a minimal surface, just that.
-TEST(DataDependentFairing, WithoutToleranceAMinimalSurfaceIsFound) {
+// Held at its plane border and nowhere else a crumpled sheet becomes the plane, the only surface that costs nothing.
+TEST(DataDependentFairing, WithoutToleranceACrumpledPlaneBecomesPlane) {
   HeldPoints held;
   Surface input = noisySheet(4, 4, 6, 0, {1, 1, 1, 1}, held);
   for (Index r = 0; r < input.net().rows(); ++r) {
-    // x y is minimal to third order only; a plane to all.
     input.net()(r, 2) = held[static_cast<std::size_t>(r)] != 0 ? 0 : 0.05 * std::sin(static_cast<double>(7 * r));
   }
   const DataDependentFairing result = fairDataDependently(input, held);
@@ -108,9 +106,8 @@ TEST(DataDependentFairing, WithoutToleranceAMinimalSurfaceIsFound) {
   EXPECT_LT(result.spline.net().col(2).cwiseAbs().maxCoeff(), 1e-4);
 }
 
-// Of a sphere's cap nothing is to be gained in shape, and nothing may be lost.
+// Held at the border alone, a fair surface bends less only with more curvature variation.
 TEST(DataDependentFairing, WhatGetsWorseIsTakenBack) {
-  // The energy knows no curvature variation: on a fair surface with ample tolerance it buys bending with it.
   HeldPoints held;
   const Surface input = noisySheet(4, 4, 6, 0, {1, 1, 1, 1}, held);
   const DataDependentFairing result = fairDataDependently(input, held, {.tolerance = 0.05});
