@@ -91,10 +91,10 @@ Eigen::VectorXd Iteration::leastIn(const Place& place) {
   return least(matrix, gradient, place.e);
 }
 
-// The input, or the least metric energy (shape_energy.h) within the tolerance if that bends less. In the geometry of a
-// noisy surface nothing tells that its parameter lines jitter: the result would still jitter along itself, and where
-// the knots cannot follow, across itself.
+// In the geometry of a noisy surface nothing tells that its parameter lines jitter: of the input itself the result
+// would inherit that, and where the knots cannot follow, waves across the surface.
 Iteration::Place Iteration::firstReference(Place input) {
+  if (!options_.evenStart) return input;
   problem_.setMetrics(input.e, 1, 1);
   BlockMatrix matrix(problem_.pattern());
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(input.e.size());

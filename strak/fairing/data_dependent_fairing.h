@@ -1,8 +1,8 @@
 #pragma once
 //
 // Fairing by the data-dependent energy (beltrami_energy.h): the surface that bends least in the inner geometry of the
-// one before, again and again, inside a tolerance. Every step is a convex quadratic problem, so that one is about as
-// cheap as with an energy in the parameters, but the result does not depend on the parametrization.
+// one before, again and again, inside a tolerance. Every step is a convex quadratic problem, whose energy, unlike those
+// in the parameters, depends on the surfaces alone.
 //
 // What it is not: a way to the least int H^2. Where the steps come to rest, Delta Delta X = 0 in the surface's own
 // geometry, which is not the condition of Willmore's surfaces; and curvature variation is not in it at all. Hence the
@@ -18,7 +18,10 @@ namespace strak {
 struct DataDependentFairingOptions {
   double tolerance = kUnlimited;  // of the surface, model units; certified by the refined difference
   bool ballsOnPoints = false;     // bound the control points' moves instead, as (13) does
-  int maxSteps = 40;              // quadratic problems solved
+  // The first reference: the least metric energy (shape_energy.h) within the tolerance, if that bends less than the
+  // input, or always the input. In the geometry of a noisy surface the noise of its parameters costs nothing.
+  bool evenStart = true;
+  int maxSteps = 40;  // quadratic problems solved
   Progress progress = {};
 };
 
@@ -29,14 +32,12 @@ struct DataDependentFairing {
   int takenBack = 0;              // the last steps, where they made one of these figures larger
 };
 
-// Fairs `input`, rational or not; `held` as holdStrips gives it. First reference is the least metric energy
-// (shape_energy.h) within the tolerance if that bends less than the input: in the geometry of a noisy surface the noise
-// of its parameters costs nothing. The steps end where int 4 H^2 falls by less than a thousandth. The result is the
-// last of them whose plate energy, curvature variation and roughness are not larger than the input's, nor the jumps of
-// the curvature at knot lines that are only C1, taken together; if there is none, half or a quarter of the first one,
-// or the input itself. The distance of the two at any parameter is at most the tolerance. Throws InvalidInput unless
-// the surface lies in space; or if there is no tolerance and no held point. Cost: 2 to 8 steps of one assembly (O((p +
-// 1)^6) a cell) and some 5 to 15 sparse factorisations, O(n^3) for n x n nets.
+// Fairs `input`, rational or not; `held` as holdStrips gives it. The steps end where int 4 H^2 falls by less than a
+// thousandth. The result is the last of them whose plate energy, curvature variation and roughness are not larger than
+// the input's, nor the jumps of the curvature at knot lines that are only C1, taken together; if there is none, half or
+// a quarter of the first one, or the input itself. The distance of the two at any parameter is at most the tolerance.
+// Throws InvalidInput unless the surface lies in space; or if there is no tolerance and no held point. Cost: 2 to 8
+// steps of one assembly (O((p + 1)^6) a cell) and some 5 to 15 sparse factorisations, O(n^3) for n x n nets.
 DataDependentFairing fairDataDependently(const Surface& input, const HeldPoints& held,
                                          const DataDependentFairingOptions& options = {});
 

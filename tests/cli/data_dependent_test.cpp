@@ -1,0 +1,67 @@
+// `strak fair --energy data-dependent`: what comes out, and which options do not go with it.
+
+#include "tests/cli/program.h"
+
+namespace strak::test {
+namespace {
+
+class DataDependent : public Program {};
+
+TEST_F(DataDependent, KeepsToleranceHeldRowsAndFigures) {
+  const Surface input = wavySurface(3, 20, 16);
+  write("in.g2", g2(input));
+  const auto result =
+      json({"fair", path("in.g2"), "-o", path("out.g2"), "--tolerance", "0.01", "--energy", "data-dependent"});
+  EXPECT_EQ(result.at("tolerance_kind"), "surface");
+  const auto& object = result.at("objects").at(0);
+  EXPECT_EQ(object.at("energy").at("name"), "data-dependent");
+  EXPECT_LT(object.at("energy").at("after").get<double>(), object.at("energy").at("before").get<double>());
+  EXPECT_LE(object.at("deviation").at("certified").get<double>(), 0.01 * (1 + 1e-9));
+  EXPECT_EQ(object.at("held_max_move").get<double>(), 0);
+  EXPECT_TRUE(object.at("gap").is_null()) << "not convex: nothing is proven";
+  for (const char* figure : {"plate", "curvature_variation", "isophote_roughness"}) {
+    EXPECT_LT(object.at("fairness").at("after").at(figure).get<double>(),
+              object.at("fairness").at("before").at(figure).get<double>())
+        << figure;
+  }
+  json({"fair", path("in.g2"), "-o", path("same.g2"), "--tolerance", "0.01", "--energy", "beltrami"});
+  EXPECT_EQ(text("same.g2"), text("out.g2"));
+}
+
+TEST_F(DataDependent, ToleranceOnPointsBoundsTheMoves) {
+  const Surface input = wavySurface(3, 20, 16);
+  write("in.g2", g2(input));
+  json({"fair", path("in.g2"), "-o", path("out.g2"), "--tolerance", "0.01", "--energy", "data-dependent",
+        "--tolerance-kind", "points"});
+  const double move = (readSurface(file("out.g2")).net() - input.net()).rowwise().norm().maxCoeff();
+  EXPECT_LE(move, 0.01 * (1 + 1e-12));
+  EXPECT_GT(move, 0.005);
+}
+
+TEST_F(DataDependent, RefusesWhatBelongsToOtherEnergies) {
+  write("in.g2", g2(wavySurface(3, 14, 14)));
+  for (const auto& [option, value] : {std::pair{"--join", "g2"},
+                                      {"--join", "g1"},
+                                      {"--gap", "1e-4"},
+                                      {"--parameter-scale", "unit"},
+                                      {"--method", "local"},
+                                      {"--curvature-extrema", "3"}}) {
+    const Outcome outcome = strak({"fair", path("in.g2"), "-o", path("out.g2"), "--tolerance", "0.01", "--energy",
+                                   "data-dependent", option, value});
+    EXPECT_EQ(outcome.code, 2) << option;
+    EXPECT_NE(outcome.err.find(option), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("--energy"), std::string::npos) << outcome.err;
+  }
+  EXPECT_EQ(files(), std::vector<std::string>{"in.g2"});
+}
+
+TEST_F(DataDependent, CurvesAreLeftAlone) {
+  write("curve.g2", g2(wavyCurve(3, 20)));
+  const Outcome outcome =
+      strak({"fair", path("curve.g2"), "-o", path("out.g2"), "--tolerance", "0.01", "--energy", "data-dependent"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("surfaces"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace strak::test
