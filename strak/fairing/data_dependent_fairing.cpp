@@ -158,8 +158,12 @@ DataDependentFairing Iteration::run() {
   way_.emplace_back(Eigen::VectorXd::Zero(3 * problem_.unknowns()));
   summary.stopReason = iterate();
   summary.steps = static_cast<Index>(way_.size()) - 1;
+  if (summary.stopReason != StopReason::nothingFree) summary.energyBefore = placeAt(way_.front()).value;
   std::vector<SurfaceFairness> before, after;
-  const auto holds = [&](const Eigen::VectorXd& e) { return jumpsHold(e) && problem_.figuresHold(e, before, after); };
+  const auto holds = [&](const Eigen::VectorXd& e) {
+    summary.energyAfter = placeAt(e).value;
+    return summary.energyAfter <= summary.energyBefore && jumpsHold(e) && problem_.figuresHold(e, before, after);
+  };
   while (way_.size() > 1 && !holds(way_.back())) {
     const Eigen::VectorXd first = way_.back();
     way_.pop_back();
@@ -173,13 +177,11 @@ DataDependentFairing Iteration::run() {
   if (way_.size() > 1) {
     result.before = before.front();
     result.after = after.front();
+  } else {
+    summary.energyAfter = summary.energyBefore;
   }
   const Eigen::VectorXd& e = way_.back();
   result.spline = problem_.surface(0, e);
-  if (summary.stopReason != StopReason::nothingFree) {
-    summary.energyBefore = placeAt(way_.front()).value;
-    summary.energyAfter = placeAt(e).value;
-  }
   summary.gap = std::numeric_limits<double>::quiet_NaN();
   summary.freePoints = problem_.unknowns();
   const Eigen::VectorXd reached = problem_.rows().times(e);

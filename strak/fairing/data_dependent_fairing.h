@@ -33,11 +33,11 @@ struct DataDependentFairing {
 };
 
 // Fairs `input`, rational or not; `held` as holdStrips gives it. The steps end where int 4 H^2 falls by less than a
-// thousandth. The result is the last of them whose plate energy, curvature variation and roughness are not larger than
-// the input's, nor the jumps of the curvature at knot lines that are only C1, taken together; if there is none, half or
-// a quarter of the first one, or the input itself. The distance of the two at any parameter is at most the tolerance.
-// Throws InvalidInput unless the surface lies in space; or if there is no tolerance and no held point. Cost: 2 to 8
-// steps of one assembly (O((p + 1)^6) a cell) and some 5 to 15 sparse factorisations, O(n^3) for n x n nets.
+// thousandth. The result is the last of them whose energy, bending, curvature variation and roughness are not larger
+// than the input's, nor the jumps of the curvature at knot lines that are only C1, taken together; if there is none,
+// half or a quarter of the first one, or the input itself. The distance of the two at any parameter is at most the
+// tolerance. Throws InvalidInput unless the surface lies in space; or if there is no tolerance and no held point. Cost:
+// 2 to 8 steps of one assembly (O((p + 1)^6) a cell) and some 5 to 15 sparse factorisations, O(n^3) for n x n nets.
 DataDependentFairing fairDataDependently(const Surface& input, const HeldPoints& held,
                                          const DataDependentFairingOptions& options = {});
 
