@@ -55,6 +55,25 @@ TEST_F(DataDependent, RefusesWhatBelongsToOtherEnergies) {
   EXPECT_EQ(files(), std::vector<std::string>{"in.g2"});
 }
 
+#ifdef STRAK_WITH_CAD
+
+TEST_F(DataDependent, FacesOfCadFilesAreFairedOneByOne) {
+  write("in.g2", g2(wavySurface(3, 16, 14)) + g2(wavySurface(4, 14, 14)));
+  ASSERT_EQ(strak({"convert", path("in.g2"), "-o", path("in.step")}).code, 0);
+  const auto result =
+      json({"fair", path("in.step"), "-o", path("out.step"), "--tolerance", "0.01", "--energy", "data-dependent"});
+  EXPECT_TRUE(result.at("audit").at("after").at("valid").get<bool>());
+  ASSERT_EQ(result.at("objects").size(), 2U);
+  for (const auto& object : result.at("objects")) {
+    EXPECT_EQ(object.at("energy").at("name"), "data-dependent");
+    EXPECT_LT(object.at("plate").at("after").get<double>(), object.at("plate").at("before").get<double>());
+    EXPECT_LE(object.at("deviation").at("certified").get<double>(), 0.01 * (1 + 1e-9));
+  }
+  EXPECT_FALSE(json({"compare", path("in.step"), path("out.step")}).at("identical").get<bool>());
+}
+
+#endif
+
 TEST_F(DataDependent, CurvesAreLeftAlone) {
   write("curve.g2", g2(wavyCurve(3, 20)));
   const Outcome outcome =
