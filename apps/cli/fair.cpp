@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -29,8 +30,8 @@ namespace {
 struct FairArguments {
   std::string input, output, report;
   std::string tolerance, toleranceKind, hold = "g2", energy, scale;
-  std::string join = "keep", method = "optimal", steps, gap, minGain = "0", maxChanges, pointsPerList = "1", faces,
-              threads, curvatureExtrema;
+  std::string join = "keep", symmetry = "none", method = "optimal", steps, gap, minGain = "0", maxChanges,
+              pointsPerList = "1", faces, threads, curvatureExtrema;
   std::string creaseAngle = "5";
   bool simplify = false, simplifyBorders = false, smoothKnots = false;
   bool noRefine = false, convertAnalytic = false, json = false, quiet = false;
@@ -86,6 +87,22 @@ JoinWish joinWish(const FairArguments& arguments) {
   if (arguments.join == "g1") return JoinWish::g1;
   if (arguments.join == "g2") return JoinWish::g2;
   throw InvalidInput(fmt::format("--join cannot be '{}': choose keep, g1 or g2", arguments.join));
+}
+
+SymmetryWish symmetryWish(const FairArguments& arguments) {
+  const std::array<std::pair<const char*, SymmetryWish>, 5> names{{{"none", SymmetryWish::none},
+                                                                   {"any", SymmetryWish::any},
+                                                                   {"x", SymmetryWish::x},
+                                                                   {"y", SymmetryWish::y},
+                                                                   {"z", SymmetryWish::z}}};
+  for (const auto& [name, wish] : names) {
+    if (arguments.symmetry != name) continue;
+    if (wish != SymmetryWish::none && arguments.join == "keep") {
+      throw InvalidInput("--symmetry lets borders move, --join keep holds them: add --join g1 or g2");
+    }
+    return wish;
+  }
+  throw InvalidInput(fmt::format("--symmetry cannot be '{}': choose none, x, y, z or any", arguments.symmetry));
 }
 
 CertifiedFairingOptions fairingOptions(const FairArguments& arguments, double modelSize) {
@@ -209,6 +226,7 @@ void fair(const FairArguments& arguments) {
   const std::string energy = energyOf(arguments);  // a misspelt name is found before the file is read
   const auto rows = holdRows(arguments.hold);
   const JoinWish join = joinWish(arguments);
+  const SymmetryWish symmetry = symmetryWish(arguments);
   std::optional<tbb::global_control> threads;
   if (!arguments.threads.empty()) {
     threads.emplace(tbb::global_control::max_allowed_parallelism,
@@ -232,6 +250,7 @@ void fair(const FairArguments& arguments) {
   options.energy = energy;
   options.holdRows = rows;
   options.join = join;
+  options.symmetry = symmetry;
   if (isClassicalMethod(arguments.method)) options.curveMethod = arguments.method;
   options.maxExtrema = wishedExtrema(arguments);
   options.refine = !arguments.noRefine;
@@ -294,6 +313,11 @@ void addFair(CLI::App& program, const std::string& commandLine) {
       ->add_option("--join", arguments->join,
                    "What happens where faces meet smoothly: keep (every face stays as it is along its borders), g1 or "
                    "g2 (they move together, so that angle, or angle and curvature jump, get smaller)")
+      ->capture_default_str();
+  command
+      ->add_option("--symmetry", arguments->symmetry,
+                   "With --join g1 or g2: free borders in a plane with this normal (x, y, z, or any) are those of a "
+                   "symmetric half; they move in the plane, and the mirrored half goes on smoothly")
       ->capture_default_str();
   command->add_option(
       "--energy", arguments->energy,

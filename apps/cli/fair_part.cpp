@@ -3,12 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
 #include <numeric>
+#include <optional>
 
 #include "apps/cli/console.h"
 #include "apps/cli/describe_result.h"
 #include "strak/base/error.h"
 #include "strak/fairing/joint_fairing.h"
+#include "strak/report/edge_joins.h"
 
 namespace strak::cli {
 
@@ -16,10 +21,13 @@ namespace {
 
 const Object& objectAt(const Model& model, Index index) { return model.objects()[static_cast<std::size_t>(index)]; }
 
-// Faces that can be joined, and the sides at which they meet.
+using Mirrors = std::array<std::optional<SymmetryPlane>, 4>;
+
+// Faces that can be joined, and the sides at which they meet or lie in planes of symmetry.
 struct Part {
-  std::vector<Index> faces;     // objects
-  std::vector<SidePair> pairs;  // by numbers of `faces`
+  std::vector<Index> faces;      // objects
+  std::vector<Mirrors> mirrors;  // by numbers of `faces`
+  std::vector<SidePair> pairs;   // the same
 };
 
 bool joinable(const Model& model, const FairModelOptions& options, Index index) {
@@ -30,46 +38,74 @@ bool joinable(const Model& model, const FairModelOptions& options, Index index) 
   return surface && surface->pointDimension() == 3;
 }
 
+// The planes of symmetry that hold sides where no other face is.
+std::vector<Mirrors> mirrorsOf(const Model& model, const FairModelOptions& options,
+                               const std::vector<SharedEdge>& edges) {
+  std::vector<Mirrors> mirrors(model.objects().size());
+  if (options.symmetry == SymmetryWish::none) return mirrors;
+  SymmetryOptions wish;
+  if (options.symmetry != SymmetryWish::any) {
+    wish.normal = Eigen::Vector3d::Unit(static_cast<Index>(options.symmetry) - static_cast<Index>(SymmetryWish::x));
+  }
+  for (Index face = 0; face < static_cast<Index>(mirrors.size()); ++face) {
+    if (!joinable(model, options, face)) continue;
+    for (int side = 0; side < 4; ++side) {
+      const auto there = [&](Index f, const std::optional<int>& along) {
+        return f == face && (!along || along == side);
+      };
+      const bool isShared = std::any_of(edges.begin(), edges.end(), [&](const SharedEdge& edge) {
+        return there(edge.faceA, edge.alongA) || there(edge.faceB, edge.alongB);
+      });
+      const Object& object = objectAt(model, face);
+      if (isShared || !object.naturalSide[static_cast<std::size_t>(side)]) continue;
+      mirrors[static_cast<std::size_t>(face)][static_cast<std::size_t>(side)] =
+          symmetryPlane(std::get<Surface>(*object.spline), side, wish);
+    }
+  }
+  return mirrors;
+}
+
 std::vector<Part> partsOf(const Model& model, const FairModelOptions& options) {
+  const std::vector<SharedEdge> edges = model.sharedEdges();
+  const std::vector<Mirrors> mirrors = mirrorsOf(model, options, edges);
+  std::vector<SidePair> pairs = joinableSides(edges);
+  std::erase_if(pairs, [&](const SidePair& pair) {
+    return !joinable(model, options, pair.a) || !joinable(model, options, pair.b);
+  });
   const auto count = model.objects().size();
   std::vector<Index> set(count), place(count, -1);
   std::iota(set.begin(), set.end(), Index{0});
   const auto root = [&](Index i) {
     while (set[static_cast<std::size_t>(i)] != i) i = set[static_cast<std::size_t>(i)];
-    return i;
+    return static_cast<std::size_t>(i);
   };
-  std::vector<SharedEdge> edges;
-  for (SharedEdge& edge : model.sharedEdges()) {
-    if (!edge.sideA || !edge.sideB || !edge.notJoinable.empty()) continue;
-    if (!joinable(model, options, edge.faceA) || !joinable(model, options, edge.faceB)) continue;
-    const Index a = root(edge.faceA), b = root(edge.faceB);
-    set[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-    edges.push_back(std::move(edge));
+  std::vector<bool> taken(count, false);
+  for (const SidePair& pair : pairs) {
+    const std::size_t a = root(pair.a), b = root(pair.b);
+    set[std::max(a, b)] = static_cast<Index>(std::min(a, b));
+    taken[static_cast<std::size_t>(pair.a)] = taken[static_cast<std::size_t>(pair.b)] = true;
   }
   std::vector<Part> parts;
-  std::vector<std::size_t> partOf(count, 0);
-  const auto add = [&](Index face) {
-    const auto f = static_cast<std::size_t>(face), r = static_cast<std::size_t>(root(face));
-    if (place[f] >= 0) return;
-    if (place[r] < 0 && r != f) {
-      partOf[r] = parts.size();
-      parts.emplace_back();
-      place[r] = 0;
-      parts.back().faces.push_back(static_cast<Index>(r));
-    } else if (r == f) {
+  std::vector<std::size_t> partOf(count, 0);  // by roots, which come first
+  for (std::size_t f = 0; f < count; ++f) {
+    const bool mirrored =
+        std::any_of(mirrors[f].begin(), mirrors[f].end(), [](const auto& m) { return m.has_value(); });
+    if (!taken[f] && !mirrored) continue;
+    const std::size_t r = root(static_cast<Index>(f));
+    if (r == f) {
       partOf[r] = parts.size();
       parts.emplace_back();
     }
     Part& part = parts[partOf[r]];
     place[f] = static_cast<Index>(part.faces.size());
-    part.faces.push_back(face);
-  };
-  for (const SharedEdge& edge : edges) {
-    add(edge.faceA);
-    add(edge.faceB);
-    parts[partOf[static_cast<std::size_t>(root(edge.faceA))]].pairs.push_back(
-        {place[static_cast<std::size_t>(edge.faceA)], place[static_cast<std::size_t>(edge.faceB)], *edge.sideA,
-         *edge.sideB});
+    part.faces.push_back(static_cast<Index>(f));
+    part.mirrors.push_back(mirrors[f]);
+  }
+  for (SidePair pair : pairs) {
+    Part& part = parts[partOf[root(pair.a)]];
+    pair.a = place[static_cast<std::size_t>(pair.a)];
+    pair.b = place[static_cast<std::size_t>(pair.b)];
+    part.pairs.push_back(pair);
   }
   return parts;
 }
@@ -80,13 +116,35 @@ std::array<Index, 4> rowsOf(const std::vector<Index>& rows) {
   return result;
 }
 
+// How a face was faired with others, with itself across a seam, and with its image in a mirror.
+std::string howFaired(const PartPlan& plan, const JointFairing& faired, Index face) {
+  std::vector<std::string> how;
+  if (plan.surfaces.size() > 1) {
+    how.push_back(fmt::format("with {} neighbour{}", plan.surfaces.size() - 1, plan.surfaces.size() == 2 ? "" : "s"));
+  }
+  const bool closed =
+      std::any_of(plan.joints.begin(), plan.joints.end(), [&](const Joint& j) { return j.a == face && j.b == face; });
+  if (closed) how.emplace_back("across its seam");
+  for (std::size_t m = 0; m < plan.mirrors.size(); ++m) {
+    if (plan.mirrors[m].face != face) continue;
+    const auto degrees = [&](const std::vector<JoinFigures>& joins) {
+      return std::asin(std::min(1.0, joins[plan.joints.size() + m].angle)) * 180 / std::numbers::pi;
+    };
+    const int side = plan.mirrors[m].side;
+    how.push_back(fmt::format("with its mirror image across {} {} (angle {:.2g} -> {:.2g} degrees)",
+                              side < 2 ? "u" : "v", side % 2 == 0 ? "low" : "high", degrees(faired.joinsBefore),
+                              degrees(faired.joinsAfter)));
+  }
+  return how.empty() ? "" : fmt::format("faired as one {}", fmt::join(how, ", "));
+}
+
 // Faces one part; returns the faces whose entries have a result.
 ModelEditor::Group fairPart(const Model& model, const Part& part, const FairModelOptions& options,
                             const Progress& progress, std::vector<FairedObject>& entries) {
   std::vector<PartFace> faces;
-  for (Index index : part.faces) {
-    const Object& object = objectAt(model, index);
-    faces.push_back({std::get<Surface>(*object.spline), {object.trims, object.naturalSide}});
+  for (std::size_t f = 0; f < part.faces.size(); ++f) {
+    const Object& object = objectAt(model, part.faces[f]);
+    faces.push_back({std::get<Surface>(*object.spline), {object.trims, object.naturalSide}, part.mirrors[f]});
   }
   PlanOptions planOptions;
   planOptions.rows = rowsOf(options.holdRows);
@@ -95,7 +153,7 @@ ModelEditor::Group fairPart(const Model& model, const Part& part, const FairMode
   JointOptions jointOptions;
   jointOptions.gapLimit = std::max(1e-6 * model.size(), 0.5 * std::min(options.fairing.tolerance, 1e-3 * model.size()));
   const PartPlan plan = planPart(faces, part.pairs, planOptions, jointOptions);
-  if (plan.joints.empty() || plan.unknowns == 0) return {};
+  if ((plan.joints.empty() && plan.mirrors.empty()) || plan.unknowns == 0) return {};
   JointFairingOptions joint;
   joint.tolerance = options.fairing.tolerance;
   joint.ballsOnPoints = options.fairing.toleranceKind == ToleranceKind::points;
@@ -125,8 +183,8 @@ ModelEditor::Group fairPart(const Model& model, const Part& part, const FairMode
     const auto deviation = certifyDeviation(faces[f].surface, faired.surfaces[f]);
     entry.energyName = kExactEnergy;
     entry.notes = plan.notes[f];
-    entry.notes.push_back(
-        fmt::format("faired as one with {} neighbour{}", part.faces.size() - 1, part.faces.size() == 2 ? "" : "s"));
+    const std::string how = howFaired(plan, faired, static_cast<Index>(f));
+    if (!how.empty()) entry.notes.push_back(how);
     describeResult(object, faces[f].surface, std::move(faired.surfaces[f]), summary, deviation, entry);
     group.push_back(part.faces[f]);
   }
@@ -145,7 +203,7 @@ std::vector<Index> fairParts(Model& model, const FairModelOptions& options, Mode
   for (std::size_t p = 0; p < parts.size(); ++p) {
     const ModelEditor::Group group = fairPart(model, parts[p], options, bar.task(p), entries);
     if (group.empty()) continue;
-    editor.accept({group});
+    editor.accept({group}, true);
     for (Index index : group) {
       FairedObject& entry = entries[static_cast<std::size_t>(index)];
       if (entry.faired()) {

@@ -32,10 +32,10 @@ std::string worsening(const Audit& before, const Audit& after, double size) {
 
 }  // namespace
 
-void ModelEditor::put(const Group& group, bool changed) {
+void ModelEditor::put(const Group& group, bool changed, bool bordersMove) {
   std::vector<std::pair<Index, AnySpline>> splines;
   for (Index index : group) splines.emplace_back(index, changed ? *entry(index).after : *entry(index).before);
-  if (splines.size() == 1) {
+  if (splines.size() == 1 && !bordersMove) {
     model_.replace(splines.front().first, splines.front().second);
   } else {
     model_.replaceTogether(splines);
@@ -49,12 +49,12 @@ void ModelEditor::refuse(const Group& group, const std::string& reason) {
   }
 }
 
-void ModelEditor::accept(const std::vector<Group>& groups) {
+void ModelEditor::accept(const std::vector<Group>& groups, bool bordersMove) {
   if (groups.empty()) return;
   std::vector<Group> changed;
   for (const Group& group : groups) {
     try {
-      put(group, true);
+      put(group, true, bordersMove);
       changed.push_back(group);
     } catch (const InvalidInput& error) {
       refuse(group, error.what());
@@ -66,14 +66,14 @@ void ModelEditor::accept(const std::vector<Group>& groups) {
     after_ = std::move(audit);
     return;
   }
-  for (const Group& group : changed) put(group, false);
+  for (const Group& group : changed) put(group, false, bordersMove);
   if (changed.size() == 1) {
     refuse(changed.front(), reason);
     return;
   }
   const auto middle = changed.begin() + static_cast<std::ptrdiff_t>(changed.size() / 2);
-  accept({changed.begin(), middle});
-  accept({middle, changed.end()});
+  accept({changed.begin(), middle}, bordersMove);
+  accept({middle, changed.end()}, bordersMove);
 }
 
 }  // namespace strak::cli

@@ -19,14 +19,15 @@ class ModelEditor {
       : model_(model), before_(before), after_(before), entries_(entries) {}
 
   // Accepts all groups at once if it can, else halves the set until the culprits are alone: few audits for few
-  // culprits. The entries of a refused group lose their result and say why.
-  void accept(const std::vector<Group>& groups);
+  // culprits. The entries of a refused group lose their result and say why. `bordersMove`: edges follow the faces, of a
+  // single face, too; always those of several.
+  void accept(const std::vector<Group>& groups, bool bordersMove = false);
 
   const Audit& audit() const { return after_; }
 
  private:
   FairedObject& entry(Index index) { return entries_[static_cast<std::size_t>(index)]; }
-  void put(const Group& group, bool changed);
+  void put(const Group& group, bool changed, bool bordersMove);
   void refuse(const Group& group, const std::string& reason);
 
   Model& model_;

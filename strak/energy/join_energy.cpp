@@ -148,11 +148,13 @@ JoinEnergy::JoinEnergy(const Surface& a, const std::vector<int>& unknownA, const
   const Net pointsA = a.euclideanNet(), pointsB = b.euclideanNet();
   const KnotVector &acrossA = a.knots(bankA.direction), &acrossB = b.knots(bankB.direction);
   const GaussRule rule = gaussLegendre(std::max(alongA.degree(), alongB.degree()) + 1);
+  const double fromB = bankB.part ? bankB.part->front() : alongB.from();
+  const double lengthB = bankB.part ? bankB.part->back() - fromB : alongB.length();
   for (Index spanA : alongA.spans()) {
     const double half = (alongA[spanA + 1] - alongA[spanA]) / 2, middle = (alongA[spanA + 1] + alongA[spanA]) / 2;
     const auto onB = [&](double t) {
       const double share = (t - alongA.from()) / alongA.length();
-      return alongB.from() + (reversed ? 1 - share : share) * alongB.length();
+      return fromB + (reversed ? 1 - share : share) * lengthB;
     };
     const Index spanB = alongB.findSpan(onB(middle));
     Stretch stretch;
@@ -182,6 +184,17 @@ JoinEnergy::JoinEnergy(const Surface& a, const std::vector<int>& unknownA, const
   }
 }
 
+JoinEnergy::JoinEnergy(const Surface& surface, const std::vector<int>& unknownOf, const JoinBank& bank,
+                       const Eigen::Vector3d& normal)
+    : JoinEnergy(surface, unknownOf, bank, surface, unknownOf, bank, false, false) {
+  mirror_ = normal;
+  for (Stretch& stretch : stretches_) {
+    stretch.unknown.resize(stretch.rowsA.size());
+    stretch.rowsB.clear();
+    for (Sample& sample : stretch.samples) sample.basisB.resize(0, 0);
+  }
+}
+
 std::vector<std::vector<int>> JoinEnergy::cliques() const {
   std::vector<std::vector<int>> result;
   for (const Stretch& stretch : stretches_) result.push_back(stretch.unknown);
@@ -194,9 +207,11 @@ JoinFigures JoinEnergy::figures(const Net& pointsA, const Net& pointsB) const {
   for (const Stretch& stretch : stretches_) {
     const Eigen::MatrixX3d a = gathered(pointsA, stretch.rowsA), b = gathered(pointsB, stretch.rowsB);
     for (const Sample& sample : stretch.samples) {
-      const Bank p(sample.basisA * a), q(sample.basisB * b);
+      const Bank p(sample.basisA * a);
+      const Bank q = mirror_ ? p : Bank(sample.basisB * b);
       if (!p.regular || !q.regular) continue;
-      const double angle = p.n.dot(q.across), jump = p.curvature - sign(p.n.dot(q.n)) * q.curvature;
+      const double angle = mirror_ ? 2 * p.n.dot(*mirror_) : p.n.dot(q.across);
+      const double jump = p.curvature - sign(p.n.dot(q.n)) * q.curvature;
       sum.ofAngle += sample.angleWeight * angle * angle;
       sum.ofJump += sample.jumpWeight * jump * jump;
       length += sample.length;
@@ -219,21 +234,32 @@ void JoinEnergy::addStep(const Net& pointsA, const Net& pointsB, double angleWei
   for (const Stretch& stretch : stretches_) {
     const Eigen::MatrixX3d a = gathered(pointsA, stretch.rowsA), b = gathered(pointsB, stretch.rowsB);
     const Index ma = a.rows(), mb = b.rows(), m = ma + mb;
-    RowMatrix jacobian = RowMatrix::Zero(2 * static_cast<Index>(stretch.samples.size()), 3 * m);
+    const Index figures = mirror_ ? 1 : 2;
+    RowMatrix jacobian = RowMatrix::Zero(figures * static_cast<Index>(stretch.samples.size()), 3 * m);
     Eigen::VectorXd residual = Eigen::VectorXd::Zero(jacobian.rows());
     Index row = 0;
     // Columns: coordinate c of point k at c * m + k.
     const auto put = [&](Index r, const Derivatives& dA, const Derivatives& dB, const Sample& sample, double factor) {
       for (Index c = 0; c < 3; ++c) {
         jacobian.row(r).segment(c * m, ma) = factor * dA.col(c).transpose() * sample.basisA;
-        jacobian.row(r).segment(c * m + ma, mb) = factor * dB.col(c).transpose() * sample.basisB;
+        if (mb > 0) jacobian.row(r).segment(c * m + ma, mb) = factor * dB.col(c).transpose() * sample.basisB;
       }
     };
     for (const Sample& sample : stretch.samples) {
-      const Bank p(sample.basisA * a), q(sample.basisB * b);
+      const Bank p(sample.basisA * a);
+      const double angleFactor = std::sqrt(2 * angleWeight * sample.angleWeight);
+      Derivatives dA, dB = Derivatives::Zero();
+      if (mirror_) {
+        if (p.regular) {
+          p.normalBy(2 * *mirror_, dA);
+          put(row, dA, dB, sample, angleFactor);
+          residual[row] = angleFactor * 2 * p.n.dot(*mirror_);
+        }
+        ++row;
+        continue;
+      }
+      const Bank q(sample.basisB * b);
       if (p.regular && q.regular) {
-        Derivatives dA, dB;
-        const double angleFactor = std::sqrt(2 * angleWeight * sample.angleWeight);
         p.normalBy(q.across, dA);
         q.acrossBy(p.n, dB);
         put(row, dA, dB, sample, angleFactor);

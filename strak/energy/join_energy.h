@@ -8,6 +8,8 @@
 // unit length of the line. So the figures have the unit of the isophote roughness, 1 / length^2, and add to it. The
 // angle counts 400 times, as one twenty times as large: a break in a reflection line is seen before a bend.
 
+#include <array>
+#include <optional>
 #include <vector>
 
 #include "strak/solve/block_matrix.h"
@@ -20,6 +22,7 @@ struct JoinBank {
   int direction = 0;
   double at = 0;
   bool above = true;
+  std::optional<std::array<double, 2>> part = {};  // of the line: from, to in the other parameter; none: all of it
 };
 
 // Side 0 u low, 1 u high, 2 v low, 3 v high of a surface's domain.
@@ -36,11 +39,16 @@ struct JoinFigures {
 
 class JoinEnergy {
  public:
-  // The parameters along the two banks are mapped affinely, `reversed` or not; both have the same knots then.
+  // The parameters along the two banks are mapped affinely, `reversed` or not; bank A, the whole line, has all knots of
+  // bank B (of its part, if it has one).
   // `unknownA`, `unknownB` as in ShapeEnergy. `withJump` false: the roughness counts the angle alone. Throws
   // InvalidInput for a bank that is on no knot line.
   JoinEnergy(const Surface& a, const std::vector<int>& unknownA, const JoinBank& bankA, const Surface& b,
              const std::vector<int>& unknownB, const JoinBank& bankB, bool reversed, bool withJump = true);
+  // The join of a surface with its mirror image, in a plane with this unit normal that holds the line. The figures are
+  // those of the two: the angle is twice what the surface strays from perpendicular, curvatures agree by symmetry.
+  JoinEnergy(const Surface& surface, const std::vector<int>& unknownOf, const JoinBank& bank,
+             const Eigen::Vector3d& normal);
 
   // The unknowns that are coupled, for patternOfCliques. Stretches without free points are left out.
   std::vector<std::vector<int>> cliques() const;
@@ -64,6 +72,7 @@ class JoinEnergy {
     std::vector<Sample> samples;
   };
   std::vector<Stretch> stretches_;
+  std::optional<Eigen::Vector3d> mirror_;
 };
 
 }  // namespace strak

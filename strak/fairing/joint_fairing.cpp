@@ -11,15 +11,25 @@ namespace strak {
 JointFairing fairJointly(const PartPlan& plan, const JointFairingOptions& options) {
   if (!(options.tolerance >= 0)) throw InvalidInput("the tolerance must not be negative: give a length");
   std::vector<ShapePatch> patches;
-  for (std::size_t f = 0; f < plan.surfaces.size(); ++f) patches.push_back({plan.surfaces[f], plan.unknownOf[f]});
-  if (options.tolerance == 0) {
-    for (ShapePatch& patch : patches) std::fill(patch.unknownOf.begin(), patch.unknownOf.end(), -1);
+  for (std::size_t f = 0; f < plan.surfaces.size(); ++f) {
+    patches.push_back({plan.surfaces[f], plan.unknownOf[f], plan.tied});
+    if (options.tolerance > 0) continue;
+    std::fill(patches.back().unknownOf.begin(), patches.back().unknownOf.end(), -1);
+    patches.back().tied.reset();
   }
   std::vector<ShapeJoin> joins;
   for (const Joint& joint : plan.joints) {
     const auto a = static_cast<std::size_t>(joint.a), b = static_cast<std::size_t>(joint.b);
-    joins.push_back({a, b, bankOfSide(plan.surfaces[a], joint.sideA), bankOfSide(plan.surfaces[b], joint.sideB),
-                     joint.fit.reversed, options.aim == JoinAim::g2});
+    JoinBank bankA = bankOfSide(plan.surfaces[a], joint.sideA);
+    bankA.part = joint.part;
+    // The border that is a part of the other has all of its knots there.
+    joins.push_back(
+        {b, a, bankOfSide(plan.surfaces[b], joint.sideB), bankA, joint.fit.reversed, options.aim == JoinAim::g2});
+  }
+  for (const MirrorSide& mirror : plan.mirrors) {
+    const auto face = static_cast<std::size_t>(mirror.face);
+    const JoinBank bank = bankOfSide(plan.surfaces[face], mirror.side);
+    joins.push_back({face, face, bank, bank, false, false, mirror.plane.normal});
   }
   ShapeDescent descent = descendShape(patches, joins,
                                       {.tolerance = options.tolerance,

@@ -4,6 +4,8 @@
 // faces on both sides with them, and angle and curvature across the joins get smaller together with the roughness of
 // the faces.
 //
+// Borders in a plane of symmetry move in it, and the angle to the mirrored face gets smaller like that of a join.
+//
 // Method: the descent of exact_fairing.h with all faces in one system; a join's angle and curvature jump count as
 // roughness (JoinEnergy) and are guarded like every other figure.
 
@@ -32,7 +34,7 @@ struct JointFairingOptions {
 struct JointFairing {
   std::vector<Surface> surfaces;                     // in the order of the plan
   std::vector<SurfaceFairness> before, after;        // over the knot cells that free points move
-  std::vector<JoinFigures> joinsBefore, joinsAfter;  // of the plan's joints
+  std::vector<JoinFigures> joinsBefore, joinsAfter;  // of the plan's joints, then its mirrors
   FairingSummary summary;                            // of all together; its energy is the isophote roughness
 };
 

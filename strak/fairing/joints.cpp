@@ -361,7 +361,7 @@ std::optional<SymmetryPlane> symmetryPlane(const Surface& surface, int side, con
   }
   if (normals.empty()) return {};
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moment);
-  SymmetryPlane plane{middle.transpose(), solver.eigenvectors().col(0)};
+  SymmetryPlane plane{middle.transpose(), options.normal ? *options.normal : solver.eigenvectors().col(0)};
   Index largest = 0;
   plane.normal.cwiseAbs().maxCoeff(&largest);
   if (plane.normal[largest] < 0) plane.normal = -plane.normal;

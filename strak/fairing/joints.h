@@ -104,6 +104,7 @@ struct SymmetryPlane {
 struct SymmetryOptions {
   double planarity = 1e-6;  // of the border's size: its control points may be this far from the plane
   double angle = 0.5;       // degrees that the surface may stray from perpendicular
+  std::optional<Eigen::Vector3d> normal = {};  // of the plane, length 1, if it is known; none: any plane
 };
 
 // The plane in which a border lies and to which the surface is perpendicular there; none if there is no such plane.

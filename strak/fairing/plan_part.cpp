@@ -1,8 +1,10 @@
 #include "strak/fairing/plan_part.h"
 
 #include <algorithm>
-#include <map>
 #include <numeric>
+
+#include "strak/base/error.h"
+#include "strak/fairing/part_points.h"
 
 namespace strak {
 
@@ -10,7 +12,9 @@ namespace {
 
 constexpr int kMostRounds = 12;                          // of inserting knots: each passes them on to a neighbour
 constexpr Index kMostGrowth = 2, kAlwaysAllowed = 2048;  // of the points of all faces, by knots of neighbours
+constexpr Index kMostLaterGrowth = 4;                    // the same, between two rounds
 constexpr double kSameCorner = 1e-6;                     // of the part's size
+constexpr double kSameEnd = 1e-6;                        // of a side: parts that leave less uncovered cover it
 
 std::vector<Surface> surfacesOf(const std::vector<PartFace>& faces) {
   std::vector<Surface> surfaces;
@@ -28,71 +32,87 @@ Index pointsOf(const std::vector<Surface>& surfaces) {
                          [](Index sum, const Surface& surface) { return sum + surface.net().rows(); });
 }
 
-FacePlan planOne(const PartFace& face, const Surface& surface, std::size_t number, const std::vector<SidePair>& pairs,
-                 PlanOptions options, bool refine) {
-  options.joined = {};
+// How a side of a face is used: which parts of it are joined, and whether it moves in a plane.
+struct SideUse {
+  bool mirror = false;
+  std::vector<SidePart> parts;
+  bool moves() const { return mirror || !parts.empty(); }
+};
+using SideUses = std::array<SideUse, 4>;
+
+SideUses usesOf(const Surface& surface, std::size_t number, const std::vector<SidePair>& pairs,
+                const std::vector<MirrorSide>& mirrors) {
+  SideUses uses;
+  const auto whole = [&](int side) -> SidePart {
+    return {knotsAlong(surface, side).from(), knotsAlong(surface, side).to()};
+  };
   for (const SidePair& pair : pairs) {
-    if (pair.a == static_cast<Index>(number)) options.joined[static_cast<std::size_t>(pair.sideA)] = true;
-    if (pair.b == static_cast<Index>(number)) options.joined[static_cast<std::size_t>(pair.sideB)] = true;
+    auto& a = uses[static_cast<std::size_t>(pair.sideA)];
+    auto& b = uses[static_cast<std::size_t>(pair.sideB)];
+    if (pair.a == static_cast<Index>(number)) a.parts.push_back(pair.part.value_or(whole(pair.sideA)));
+    if (pair.b == static_cast<Index>(number)) b.parts.push_back(whole(pair.sideB));
   }
+  for (const MirrorSide& mirror : mirrors) {
+    if (mirror.face == static_cast<Index>(number)) uses[static_cast<std::size_t>(mirror.side)].mirror = true;
+  }
+  return uses;
+}
+
+// The stretches of a side that no part covers.
+std::vector<SidePart> uncovered(const KnotVector& knots, std::vector<SidePart> parts) {
+  std::sort(parts.begin(), parts.end());
+  const double slack = kSameEnd * knots.length();
+  std::vector<SidePart> result;
+  double reached = knots.from();
+  for (const auto& [from, to] : parts) {
+    if (from > reached + slack) result.push_back({reached, from});
+    reached = std::max(reached, to);
+  }
+  if (reached < knots.to() - slack) result.push_back({reached, knots.to()});
+  return result;
+}
+
+FacePlan planOne(const PartFace& face, const Surface& surface, const SideUses& uses, PlanOptions options, bool refine) {
+  for (std::size_t side = 0; side < 4; ++side) options.joined[side] = uses[side].moves();
   options.refine = options.refine && refine;
   return planFace(surface, face.border, options);
 }
 
-// Points of all faces, joined to sets.
-class Sets {
- public:
-  explicit Sets(const std::vector<Surface>& surfaces) {
-    for (const Surface& surface : surfaces) {
-      first_.push_back(count_);
-      count_ += surface.net().rows();
-    }
-    parent_.resize(static_cast<std::size_t>(count_));
-    std::iota(parent_.begin(), parent_.end(), Index{0});
-  }
-  Index number(Index face, Index row) const { return first_[static_cast<std::size_t>(face)] + row; }
-  Index root(Index i) {
-    while (parent_[static_cast<std::size_t>(i)] != i) {
-      auto& up = parent_[static_cast<std::size_t>(i)];
-      up = parent_[static_cast<std::size_t>(up)];
-      i = up;
-    }
-    return i;
-  }
-  void join(Index a, Index b) {
-    parent_[static_cast<std::size_t>(std::max(root(a), root(b)))] = std::min(root(a), root(b));
-  }
-  Index count() const { return count_; }
-
- private:
-  std::vector<Index> first_, parent_;
-  Index count_ = 0;
-};
-
-// Corners at the same place are one vertex of the part, whatever edges lead there.
-void joinCorners(const std::vector<Surface>& surfaces, double limit, Sets& sets) {
-  struct Corner {
-    Eigen::RowVector3d place;
-    Index number;
-  };
-  std::vector<Corner> corners;
-  for (std::size_t f = 0; f < surfaces.size(); ++f) {
-    const Surface& s = surfaces[f];
-    const Net points = s.euclideanNet();
-    for (Index i : {Index{0}, s.size(0) - 1}) {
-      for (Index j : {Index{0}, s.size(1) - 1}) {
-        corners.push_back({points.row(s.row({i, j})), sets.number(static_cast<Index>(f), s.row({i, j}))});
+// Calls hold(row) for the points in `depth` rows behind what no part covers.
+template <class Hold>
+void holdUncovered(const Surface& surface, int side, const SideUse& use, Index depth, const Hold& hold) {
+  if (use.mirror || use.parts.empty()) return;
+  const KnotVector& knots = knotsAlong(surface, side);
+  for (const auto& [from, to] : uncovered(knots, use.parts)) {
+    for (Index row = 0; row < std::min(depth, surface.size(side / 2)); ++row) {
+      const auto points = borderRow(surface, side, row);
+      for (Index k = 0; k < knots.size(); ++k) {
+        if (knots[k] < to && knots[k + knots.degree() + 1] > from) hold(points[static_cast<std::size_t>(k)]);
       }
     }
   }
-  std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
-    return a.place[0] < b.place[0] || (a.place[0] == b.place[0] && a.number < b.number);
-  });
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    for (std::size_t j = i + 1; j < corners.size() && corners[j].place[0] - corners[i].place[0] <= limit; ++j) {
-      if ((corners[j].place - corners[i].place).norm() <= limit) sets.join(corners[i].number, corners[j].number);
+}
+
+std::optional<std::vector<Surface>> compatible(const std::vector<Surface>& surfaces, const std::vector<SidePair>& pairs,
+                                               Index maxPoints) {
+  try {
+    auto result = makeCompatible(surfaces, pairs, maxPoints);
+    if (pointsOf(result) <= maxPoints) return result;
+  } catch (const Failure&) {
+    // Round a ring of uneven T-junctions knots beget knots.
+  }
+  return {};
+}
+
+std::vector<MirrorSide> mirrorsOf(const std::vector<PartFace>& faces) {
+  std::vector<MirrorSide> mirrors;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    for (int side = 0; side < 4; ++side) {
+      const auto& plane = faces[f].mirror[static_cast<std::size_t>(side)];
+      if (plane) mirrors.push_back({static_cast<Index>(f), side, *plane});
     }
   }
+  return mirrors;
 }
 
 double sizeOf(const std::vector<Surface>& surfaces) {
@@ -116,10 +136,13 @@ PartPlan planPart(const std::vector<PartFace>& faces, const std::vector<SidePair
   if (faces.empty()) return plan;
 
   std::vector<bool> still(faces.size(), false);  // nothing of the face moves
+  plan.mirrors = mirrorsOf(faces);
   for (std::size_t f = 0; f < faces.size(); ++f) {
-    plan.leftAlone[f] = planOne(faces[f], faces[f].surface, f, allPairs, options, true).leftAlone;
+    const SideUses uses = usesOf(faces[f].surface, f, allPairs, plan.mirrors);
+    plan.leftAlone[f] = planOne(faces[f], faces[f].surface, uses, options, true).leftAlone;
     still[f] = !plan.leftAlone[f].empty();
   }
+  std::erase_if(plan.mirrors, [&](const MirrorSide& m) { return bool{still[static_cast<std::size_t>(m.face)]}; });
   const auto usable = [&](const Joint& joint) {
     return joint.kind != JointKind::feature && (joint.fit.compatible || joint.fit.differentKnots) &&
            !still[static_cast<std::size_t>(joint.a)] && !still[static_cast<std::size_t>(joint.b)];
@@ -129,85 +152,72 @@ PartPlan planPart(const std::vector<PartFace>& faces, const std::vector<SidePair
     std::vector<SidePair> chosen;
     for (const Joint& joint : measured) {
       if (usable(joint) && (joint.fit.compatible || differentKnots)) {
-        chosen.push_back({joint.a, joint.b, joint.sideA, joint.sideB, {}});
+        chosen.push_back({joint.a, joint.b, joint.sideA, joint.sideB, joint.part});
       }
     }
     return chosen;
   };
   std::vector<SidePair> pairs = pairsOf(true);
   // Knots that differ along a long row of faces all meet in the end: too many, and those joins are left out.
-  if (pointsOf(makeCompatible(plan.surfaces, pairs)) > kMostGrowth * pointsOf(plan.surfaces) + kAlwaysAllowed) {
-    pairs = pairsOf(false);
-  }
+  if (!compatible(plan.surfaces, pairs, kMostGrowth * pointsOf(plan.surfaces) + kAlwaysAllowed)) pairs = pairsOf(false);
 
   std::vector<HeldPoints> held(faces.size());
   for (int round = 0; round < kMostRounds; ++round) {
     const std::vector<Surface> before = plan.surfaces;
     const bool refine = round + 1 < kMostRounds;
     for (std::size_t f = 0; f < faces.size(); ++f) {
-      FacePlan face = planOne(faces[f], plan.surfaces[f], f, pairs, options, refine);
+      const SideUses uses = usesOf(plan.surfaces[f], f, pairs, plan.mirrors);
+      FacePlan face = planOne(faces[f], plan.surfaces[f], uses, options, refine);
       plan.surfaces[f] = std::move(face.spline);
       held[f] = std::move(face.held);
       plan.notes[f] = std::move(face.notes);
       plan.leftAlone[f] = std::move(face.leftAlone);
     }
-    plan.surfaces = makeCompatible(plan.surfaces, pairs);
+    auto together = compatible(plan.surfaces, pairs, kMostLaterGrowth * pointsOf(plan.surfaces) + kAlwaysAllowed);
+    if (!together) {
+      // Those least likely to be the cause are kept; without any pair nothing grows.
+      if (std::erase_if(pairs, [](const SidePair& pair) { return pair.part.has_value(); }) == 0) pairs.clear();
+      plan.surfaces = before;
+      --round;
+      continue;
+    }
+    plan.surfaces = *std::move(together);
     plan.joints = measureJoints(plan.surfaces, pairs, jointOptions);
-    const auto bad = std::remove_if(plan.joints.begin(), plan.joints.end(),
-                                    [&](const Joint& joint) { return !usable(joint) || !joint.fit.compatible; });
-    const bool dropped = bad != plan.joints.end();
-    plan.joints.erase(bad, plan.joints.end());
-    if (dropped) {
+    const auto dropped = std::erase_if(plan.joints, [&](const Joint& j) { return !usable(j) || !j.fit.compatible; });
+    if (dropped > 0) {
       pairs.clear();
-      for (const Joint& joint : plan.joints) pairs.push_back({joint.a, joint.b, joint.sideA, joint.sideB});
+      for (const Joint& joint : plan.joints) pairs.push_back({joint.a, joint.b, joint.sideA, joint.sideB, joint.part});
     } else if (sameKnots(before, plan.surfaces)) {
       break;
     }
   }
 
-  Sets sets(plan.surfaces);
-  for (const Joint& joint : plan.joints) {
-    const auto rowsA = borderRow(plan.surfaces[static_cast<std::size_t>(joint.a)], joint.sideA);
-    const auto rowsB = borderRow(plan.surfaces[static_cast<std::size_t>(joint.b)], joint.sideB);
-    for (std::size_t k = 0; k < rowsA.size(); ++k) {
-      sets.join(sets.number(joint.a, rowsA[k]),
-                sets.number(joint.b, rowsB[static_cast<std::size_t>(joint.fit.partner[k])]));
-    }
-  }
-  joinCorners(plan.surfaces, std::max(jointOptions.gapLimit, kSameCorner * sizeOf(plan.surfaces)), sets);
-  std::vector<bool> fixed(static_cast<std::size_t>(sets.count()), false);
+  PartPoints points(plan.surfaces, std::max(jointOptions.gapLimit, kSameCorner * sizeOf(plan.surfaces)));
+  for (const Joint& joint : plan.joints) points.join(joint);
+  for (const MirrorSide& mirror : plan.mirrors) points.confine(mirror.face, mirror.side, mirror.plane.normal);
   for (std::size_t f = 0; f < faces.size(); ++f) {
-    const auto hold = [&](Index row) {
-      fixed[static_cast<std::size_t>(sets.root(sets.number(static_cast<Index>(f), row)))] = true;
-    };
+    const auto face = static_cast<Index>(f);
+    const auto hold = [&](Index row) { points.hold(face, row); };
     const bool all = !plan.leftAlone[f].empty();
     for (std::size_t r = 0; r < held[f].size(); ++r) {
       if (all || held[f][r] != 0) hold(static_cast<Index>(r));
     }
-    // A corner on a side that is not joined stays, whatever is held there otherwise.
-    std::array<bool, 4> joined{};
-    for (const Joint& joint : plan.joints) {
-      if (joint.a == static_cast<Index>(f)) joined[static_cast<std::size_t>(joint.sideA)] = true;
-      if (joint.b == static_cast<Index>(f)) joined[static_cast<std::size_t>(joint.sideB)] = true;
-    }
+    const SideUses uses = usesOf(plan.surfaces[f], f, pairs, plan.mirrors);
     for (int side = 0; side < 4; ++side) {
-      if (joined[static_cast<std::size_t>(side)]) continue;
+      const SideUse& use = uses[static_cast<std::size_t>(side)];
+      holdUncovered(plan.surfaces[f], side, use, std::max<Index>(1, options.rows[static_cast<std::size_t>(side)]),
+                    hold);
+      if (use.moves()) continue;
+      // A corner on a side that is not joined stays, whatever is held there otherwise.
       const auto rows = borderRow(plan.surfaces[f], side);
       hold(rows.front());
       hold(rows.back());
     }
   }
-  std::map<Index, int> numbers;
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    const Index rows = plan.surfaces[f].net().rows();
-    auto& unknownOf = plan.unknownOf.emplace_back(static_cast<std::size_t>(rows), -1);
-    for (Index r = 0; r < rows; ++r) {
-      const Index root = sets.root(sets.number(static_cast<Index>(f), r));
-      if (fixed[static_cast<std::size_t>(root)]) continue;
-      unknownOf[static_cast<std::size_t>(r)] = numbers.emplace(root, static_cast<int>(numbers.size())).first->second;
-    }
-  }
-  plan.unknowns = static_cast<Index>(numbers.size());
+  PartPoints::Result solved = points.solve();
+  plan.unknownOf = std::move(solved.pointOf);
+  plan.tied = std::move(solved.tied);
+  plan.unknowns = solved.unknowns;
   return plan;
 }
 

@@ -3,6 +3,8 @@
 // The descent that exact fairing of one surface and of a whole part have in common: Gauss-Newton on the logarithms of
 // the exact energies of all patches, inside balls on their refined differences, guarded by the figures of every patch.
 
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "strak/base/progress.h"
@@ -10,20 +12,26 @@
 #include "strak/energy/shape_energy.h"
 #include "strak/fairing/faired.h"
 #include "strak/metrology/fairness.h"
+#include "strak/solve/tied_points.h"
 
 namespace strak {
 
 struct ShapePatch {
   Surface surface;
   std::vector<int> unknownOf;  // by control points: number of the unknown, -1: held. Patches may share unknowns
+  // The numbers above are those of points that follow from fewer unknowns, the same ones for all patches; null: they
+  // are the unknowns.
+  std::shared_ptr<const TiedPoints> tied = nullptr;
 };
 
-// A line along which two patches meet; their border points share unknowns.
+// A line along which two patches meet; their border points share unknowns, or those of bank A follow bank B's.
 struct ShapeJoin {
   std::size_t patchA = 0, patchB = 0;
   JoinBank bankA, bankB;
   bool reversed = false;
   bool withJump = true;  // whether the curvature's jump is to get smaller, or only the angle
+  // Patch A meets its own image in a mirror with this unit normal, and there is no patch B.
+  std::optional<Eigen::Vector3d> mirror = {};
 };
 
 struct ShapeDescentOptions {

@@ -42,6 +42,7 @@ ShapeProblem::ShapeProblem(const std::vector<ShapePatch>& patches, const std::ve
     Patch patch{&input, input.surface.euclideanNet(), ShapeEnergy(input.surface, input.unknownOf),
                 evenLevels(input.surface, ballsOnPoints ? 0 : 1)};
     for (int u : input.unknownOf) unknowns_ = std::max<Index>(unknowns_, u + 1);
+    tied_ = input.tied;
     patch.first = patch.energy.values(patch.start);
     patch.before = fairnessOf(patch, input.surface, kGuardError);
     const double size = sizeOf(patch.start);
@@ -50,6 +51,10 @@ ShapeProblem::ShapeProblem(const std::vector<ShapePatch>& patches, const std::ve
   }
   for (const ShapeJoin& join : joins) {
     const ShapePatch &a = patches[join.patchA], &b = patches[join.patchB];
+    if (join.mirror) {
+      joins_.push_back({join.patchA, join.patchA, JoinEnergy(a.surface, a.unknownOf, join.bankA, *join.mirror)});
+      continue;
+    }
     joins_.push_back({join.patchA, join.patchB,
                       JoinEnergy(a.surface, a.unknownOf, join.bankA, b.surface, b.unknownOf, join.bankB, join.reversed,
                                  join.withJump)});
@@ -57,24 +62,40 @@ ShapeProblem::ShapeProblem(const std::vector<ShapePatch>& patches, const std::ve
   givenJoins_ = joins_.size();
   for (std::size_t p = 0; p < patches_.size(); ++p) addInnerLines(p);
 
+  makePattern();
+  const Figures first = figuresAt(Eigen::VectorXd::Zero(3 * unknowns_));
+  for (std::size_t j = 0; j < joins_.size(); ++j) joins_[j].first = first.joins[j];
+  makeRows();
+}
+
+void ShapeProblem::makePattern() {
   std::vector<std::vector<int>> cliques;
   const auto add = [&](std::vector<std::vector<int>> more) {
     cliques.insert(cliques.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
   };
   for (const Patch& patch : patches_) add(patch.energy.cliques());
   for (const Join& join : joins_) add(join.energy.cliques());
-  pattern_ = std::make_shared<const BlockPattern>(patternOfCliques(unknowns_, cliques));
-  const Figures first = figuresAt(Eigen::VectorXd::Zero(3 * unknowns_));
-  for (std::size_t j = 0; j < joins_.size(); ++j) joins_[j].first = first.joins[j];
-  makeRows();
+  if (!tied_) {
+    pattern_ = std::make_shared<const BlockPattern>(patternOfCliques(unknowns_, cliques));
+    return;
+  }
+  const auto full = std::make_shared<const BlockPattern>(patternOfCliques(tied_->points(), cliques));
+  unknowns_ = tied_->unknowns();
+  pattern_ = std::make_shared<const BlockPattern>(patternOfCliques(unknowns_, tied_->reduced(cliques)));
+  reduction_.emplace(*tied_, full, *pattern_);
 }
 
 Eigen::MatrixX3d ShapeProblem::places() const {
   Eigen::MatrixX3d places = Eigen::MatrixX3d::Zero(unknowns_, 3);
   for (const Patch& patch : patches_) {
     for (std::size_t r = 0; r < patch.input->unknownOf.size(); ++r) {
-      const int u = patch.input->unknownOf[r];
+      int u = patch.input->unknownOf[r];
       if (u < 0) continue;
+      if (tied_) {
+        const auto& terms = tied_->terms(u);
+        if (terms.size() != 1) continue;
+        u = terms.front().unknown;
+      }
       const Index columns = patch.input->surface.size(1), row = static_cast<Index>(r);
       // The place in the net separates best: a blade bent on itself has far points side by side in space.
       if (patches_.size() == 1) {
@@ -121,11 +142,15 @@ SurfaceFairness ShapeProblem::fairnessOf(const Patch& patch, const Surface& surf
   return surfaceFairness(surface, options);
 }
 
+Eigen::Vector3d ShapeProblem::move(int point, const Eigen::VectorXd& e) const {
+  return tied_ ? tied_->at(point, e) : e.segment<3>(3 * static_cast<Index>(point));
+}
+
 Net ShapeProblem::points(const Patch& patch, const Eigen::VectorXd& e) const {
   Net moved = patch.start;
   for (std::size_t r = 0; r < patch.input->unknownOf.size(); ++r) {
     const int u = patch.input->unknownOf[r];
-    if (u >= 0) moved.row(static_cast<Index>(r)) += e.segment<3>(3 * u).transpose();
+    if (u >= 0) moved.row(static_cast<Index>(r)) += move(u, e).transpose();
   }
   return moved;
 }
@@ -139,7 +164,7 @@ Surface ShapeProblem::surface(std::size_t number, const Eigen::VectorXd& e) cons
     const int u = patch.input->unknownOf[r];
     if (u < 0) continue;
     const double w = moved.isRational() ? net(static_cast<Index>(r), 3) : 1;
-    for (int c = 0; c < 3; ++c) net(static_cast<Index>(r), c) += w * e[3 * u + c];
+    net.row(static_cast<Index>(r)).head<3>() += w * move(u, e).transpose();
   }
   return moved;
 }
@@ -151,6 +176,7 @@ void ShapeProblem::makeRows() {
     patch.firstRow = rows_.count();
     appendHullRows(patch.input->surface, patch.input->unknownOf, patch.levels, (1 - kReserve) * tolerance_, rows_);
   }
+  if (tied_) rows_ = tied_->reduced(rows_);
 }
 
 bool ShapeProblem::refineRows(const Eigen::VectorXd& e) {
@@ -167,8 +193,8 @@ bool ShapeProblem::refineRows(const Eigen::VectorXd& e) {
 }
 
 Eigen::VectorXd ShapeProblem::shrunk(const Eigen::VectorXd& e) const {
-  const double ratio = rows_.largestRatio(e);
-  Eigen::VectorXd inside = e;
+  Eigen::VectorXd inside = tied_ ? tied_->confined(e) : e;
+  const double ratio = rows_.largestRatio(inside);
   if (ratio > 1) inside *= (1 - 1e-12) / ratio;
   return inside;
 }
@@ -205,29 +231,46 @@ double ShapeProblem::meritChange(const Figures& now, const Figures& at) const {
   return change;
 }
 
-void ShapeProblem::addStep(const Eigen::VectorXd& e, const Figures& now, BlockMatrix& matrix,
-                           Eigen::VectorXd& gradient) const {
-  std::vector<Net> nets;
-  for (std::size_t p = 0; p < patches_.size(); ++p) {
-    const Patch& patch = patches_[p];
-    nets.push_back(points(patch, e));
-    const ShapeEnergy::Weights weights{
-        1 / now.rough[p] + (patch.roughWeight - 1) / (now.patches[p].roughness + patch.roughnessFloor),
-        patch.plateWeight / (now.patches[p].plate + kPlateFloor), patch.metricWeight / now.rough[p]};
-    patch.energy.addStep(nets[p], weights, matrix, gradient);
+template <class Fill>
+void ShapeProblem::addTied(BlockMatrix& matrix, Eigen::VectorXd& gradient, const Fill& fill) const {
+  if (!tied_) {
+    fill(matrix, gradient);
+    return;
   }
-  for (const Join& join : joins_) {
-    const double weight = 0.5 * (1 / now.rough[join.a] + 1 / now.rough[join.b]);
-    join.energy.addStep(nets[join.a], nets[join.b], weight * join.angleWeight, weight * join.jumpWeight, matrix,
-                        gradient);
-  }
+  BlockMatrix full(reduction_->full());
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * full.size());
+  fill(full, force);
+  reduction_->add(full, matrix);
+  gradient += tied_->reduced(force);
 }
 
-void ShapeProblem::addMetric(BlockMatrix& matrix, Eigen::VectorXd& gradient) const {
-  for (const Patch& patch : patches_) {
-    const double metric = patch.energy.metric(patch.start);
-    if (metric > 0) patch.energy.addStep(patch.start, {0, 0, 1 / metric}, matrix, gradient);
-  }
+void ShapeProblem::addStep(const Eigen::VectorXd& e, const Figures& now, BlockMatrix& unknownsMatrix,
+                           Eigen::VectorXd& unknownsGradient) const {
+  addTied(unknownsMatrix, unknownsGradient, [&](BlockMatrix& matrix, Eigen::VectorXd& gradient) {
+    std::vector<Net> nets;
+    for (std::size_t p = 0; p < patches_.size(); ++p) {
+      const Patch& patch = patches_[p];
+      nets.push_back(points(patch, e));
+      const ShapeEnergy::Weights weights{
+          1 / now.rough[p] + (patch.roughWeight - 1) / (now.patches[p].roughness + patch.roughnessFloor),
+          patch.plateWeight / (now.patches[p].plate + kPlateFloor), patch.metricWeight / now.rough[p]};
+      patch.energy.addStep(nets[p], weights, matrix, gradient);
+    }
+    for (const Join& join : joins_) {
+      const double weight = 0.5 * (1 / now.rough[join.a] + 1 / now.rough[join.b]);
+      join.energy.addStep(nets[join.a], nets[join.b], weight * join.angleWeight, weight * join.jumpWeight, matrix,
+                          gradient);
+    }
+  });
+}
+
+void ShapeProblem::addMetric(BlockMatrix& unknownsMatrix, Eigen::VectorXd& unknownsGradient) const {
+  addTied(unknownsMatrix, unknownsGradient, [&](BlockMatrix& matrix, Eigen::VectorXd& gradient) {
+    for (const Patch& patch : patches_) {
+      const double metric = patch.energy.metric(patch.start);
+      if (metric > 0) patch.energy.addStep(patch.start, {0, 0, 1 / metric}, matrix, gradient);
+    }
+  });
 }
 
 void ShapeProblem::setMetrics(const Eigen::VectorXd& e, double most, double share) {

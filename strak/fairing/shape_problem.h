@@ -4,6 +4,7 @@
 // the descent (shape_descent.h) takes its steps in.
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "strak/fairing/hull_rows.h"
@@ -100,7 +101,12 @@ class ShapeProblem {
 
   static SurfaceFairness fairnessOf(const Patch& patch, const Surface& surface, double relativeError);
   void addInnerLines(std::size_t patch);
+  void makePattern();
   void makeRows();
+  Eigen::Vector3d move(int point, const Eigen::VectorXd& e) const;
+  // Lets `fill` add to a matrix and gradient of the points, and those to the unknowns'.
+  template <class Fill>
+  void addTied(BlockMatrix& matrix, Eigen::VectorXd& gradient, const Fill& fill) const;
   Net points(const Patch& patch, const Eigen::VectorXd& e) const;
   Worse worsePatch(std::size_t patch, const Eigen::VectorXd& e, const Figures& at) const;
   WorseJoin worseJoin(std::size_t join, const JoinFigures& now) const;
@@ -113,6 +119,8 @@ class ShapeProblem {
   Index unknowns_ = 0;
   std::shared_ptr<const BlockPattern> pattern_;
   BallRows rows_;
+  std::shared_ptr<const TiedPoints> tied_;  // null: the patches' points are the unknowns
+  std::optional<TiedMatrix> reduction_;
 };
 
 }  // namespace strak
