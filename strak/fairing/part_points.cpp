@@ -1,27 +1,28 @@
 #include "strak/fairing/part_points.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 #include <numeric>
 #include <set>
 
+#include "strak/spline/basis.h"
 #include "strak/spline/rational.h"
 
 namespace strak {
 
 namespace {
 
-constexpr double kNothing = 1e-9;  // of a weight: a border opens by this part of a move at most
-constexpr double kOwnShare = 0.5;  // a follower with at least this weight is the one that is eliminated
+constexpr double kNothing = 1e-9;     // of a weight: a border opens by this part of a move at most
+constexpr double kOwnShare = 0.3;     // of the largest weight: with this much a follower is the one eliminated
+constexpr double kLeastShare = 1e-3;  // the same for anything: what has less cannot be told from the others
 
-using Row = std::map<Index, double>;  // a combination of points
-
-void addTo(Row& row, const Row& other, double factor) {
+void addTo(std::map<Index, double>& row, const std::map<Index, double>& other, double factor) {
   for (const auto& [point, weight] : other) row[point] += factor * weight;
 }
 
-void clean(Row& row) {
-  std::erase_if(row, [](const auto& term) { return std::abs(term.second) <= kNothing; });
+void clean(std::map<Index, double>& row, double scale = 1) {
+  std::erase_if(row, [scale](const auto& term) { return std::abs(term.second) <= kNothing * scale; });
 }
 
 }  // namespace
@@ -84,17 +85,43 @@ void PartPoints::join(const Joint& joint) {
   if (a.isRational()) weightA = weights(a);
   if (b.isRational()) weightB = weights(b);
   for (std::size_t k = 0; k < rowsB.size(); ++k) {
-    Follower follower{number(joint.b, rowsB[k]), {}};
+    Equation equation{number(joint.b, rowsB[k]), {}};
     for (std::size_t i = 0; i < rowsA.size(); ++i) {
       double weight = joint.fit.fromA(static_cast<Index>(k), static_cast<Index>(i));
       if (weightA.size() > 0) weight *= weightA[rowsA[i]];
       if (weightB.size() > 0) weight /= weightB[rowsB[k]];
-      if (std::abs(weight) > kNothing) follower.terms.emplace_back(number(joint.a, rowsA[i]), weight);
+      if (std::abs(weight) > kNothing) equation.terms.emplace_back(number(joint.a, rowsA[i]), -weight);
     }
-    if (follower.terms.size() == 1) {
-      merge(follower.point, follower.terms.front().first);
+    if (equation.terms.size() == 1) {
+      merge(equation.follower, equation.terms.front().first);
     } else {
-      followers_.push_back(std::move(follower));
+      equation.terms.emplace_back(equation.follower, 1);
+      equations_.push_back(std::move(equation));
+    }
+  }
+}
+
+void PartPoints::smoothSeam(Index face, int direction, int order) {
+  const Surface& surface = surfaces_[static_cast<std::size_t>(face)];
+  const KnotVector& knots = surface.knots(direction);
+  const std::vector<Index> spans = knots.spans();
+  const auto low = basisDerivatives(knots, spans.front(), knots.from(), order);
+  const auto high = basisDerivatives(knots, spans.back(), knots.to(), order);
+  Eigen::VectorXd weight;
+  if (surface.isRational()) weight = weights(surface);
+  const Index p = knots.degree();
+  for (int k = 1; k <= order; ++k) {
+    for (Index j = 0; j < surface.size(1 - direction); ++j) {
+      const auto rowOf = [&](int side, Index depth) {
+        return borderRow(surface, 2 * direction + side, depth)[static_cast<std::size_t>(j)];
+      };
+      Equation equation{number(face, rowOf(1, k)), {}};
+      for (Index depth = 0; depth <= k; ++depth) {
+        const Index a = rowOf(0, depth), b = rowOf(1, depth);
+        equation.terms.emplace_back(number(face, a), low(k, depth) * (weight.size() > 0 ? weight[a] : 1));
+        equation.terms.emplace_back(number(face, b), -high(k, p - depth) * (weight.size() > 0 ? weight[b] : 1));
+      }
+      equations_.push_back(std::move(equation));
     }
   }
 }
@@ -105,20 +132,41 @@ void PartPoints::confine(Index face, int side, const Eigen::Vector3d& normal) {
   }
 }
 
+void PartPoints::keepPerpendicular(Index face, int side, const Eigen::Vector3d& normal) {
+  const Surface& surface = surfaces_[static_cast<std::size_t>(face)];
+  const auto border = borderRow(surface, side), behind = borderRow(surface, side, 1);
+  for (std::size_t k = 0; k < border.size(); ++k) {
+    beside_.push_back({number(face, border[k]), number(face, behind[k]), normal});
+  }
+}
+
+// A point behind the border is the border's plus one of its own, which moves along the normal and is no control point.
+void PartPoints::addBeside() {
+  std::set<Index> confined, done;
+  for (const auto& [point, normal] : confined_) confined.insert(root(point));
+  for (const Beside& pair : beside_) {
+    if (confined.count(root(pair.behind)) > 0 || !done.insert(root(pair.behind)).second) continue;
+    const auto own = static_cast<Index>(parent_.size());
+    parent_.push_back(own);
+    const Eigen::Vector3d one = pair.normal.unitOrthogonal();
+    confined_.emplace_back(own, one);
+    confined_.emplace_back(own, pair.normal.cross(one));
+    equations_.push_back({pair.behind, {{pair.behind, 1}, {pair.border, -1}, {own, -1}}});
+  }
+  beside_.clear();
+}
+
 void PartPoints::hold(Index face, Index row) { held_.push_back(number(face, row)); }
 
-PartPoints::Result PartPoints::solve() {
-  std::vector<bool> fixed(parent_.size(), false);
-  for (Index point : held_) fixed[static_cast<std::size_t>(root(point))] = true;
+// What follows, in terms of what does not; nothing for what thereby cannot move.
+std::map<Index, PartPoints::Row> PartPoints::eliminate(const std::vector<bool>& fixed) {
   std::set<Index> confined;
   for (const auto& [point, normal] : confined_) confined.insert(root(point));
 
-  // Every follower is an equation: itself less what it follows is zero. One point of each is eliminated.
   std::vector<std::pair<Index, Row>> eliminated;  // the point, what it is in terms of those not eliminated before
-  for (const Follower& follower : followers_) {
+  for (const Equation& given : equations_) {
     Row equation;
-    equation[root(follower.point)] += 1;
-    for (const auto& [point, weight] : follower.terms) equation[root(point)] -= weight;
+    for (const auto& [point, weight] : given.terms) equation[root(point)] += weight;
     for (const auto& [point, row] : eliminated) {
       const auto term = equation.find(point);
       if (term == equation.end()) continue;
@@ -127,22 +175,23 @@ PartPoints::Result PartPoints::solve() {
       addTo(equation, row, weight);
     }
     std::erase_if(equation, [&](const auto& term) { return fixed[static_cast<std::size_t>(term.first)]; });
-    clean(equation);
+    const double scale = std::max_element(given.terms.begin(), given.terms.end(), [](const auto& x, const auto& y) {
+                           return std::abs(x.second) < std::abs(y.second);
+                         })->second;
+    clean(equation, std::abs(scale));
     if (equation.empty()) continue;
-    const auto own = equation.find(root(follower.point));
     Index pivot = -1;
-    if (own != equation.end() && std::abs(own->second) >= kOwnShare && confined.count(own->first) == 0) {
-      pivot = own->first;
-    } else {
-      double largest = 0;
-      for (const auto& [point, weight] : equation) {
-        if (confined.count(point) > 0 || std::abs(weight) <= largest) continue;
-        largest = std::abs(weight);
-        pivot = point;
-      }
+    double largest = 0;
+    for (const auto& [point, weight] : equation) {
+      if (confined.count(point) > 0 || std::abs(weight) <= largest) continue;
+      largest = std::abs(weight);
+      pivot = point;
     }
-    // What may move in a plane only cannot follow others; nor can it be led by a small weight.
-    if (pivot < 0 || std::abs(equation[pivot]) < 1e-3) {
+    const auto own = equation.find(root(given.follower));
+    const bool mayOwn = own != equation.end() && confined.count(own->first) == 0;
+    if (mayOwn && std::abs(own->second) >= kOwnShare * largest) pivot = own->first;
+    // What may move in a plane only cannot follow others; nor can anything by a small weight.
+    if (pivot < 0 || largest < kLeastShare * std::abs(scale)) {
       for (const auto& [point, weight] : equation) eliminated.emplace_back(point, Row{});
       continue;
     }
@@ -166,7 +215,14 @@ PartPoints::Result PartPoints::solve() {
     clean(full);
     follows[e->first] = std::move(full);
   }
+  return follows;
+}
 
+PartPoints::Result PartPoints::solve() {
+  addBeside();
+  std::vector<bool> fixed(parent_.size(), false);
+  for (Index point : held_) fixed[static_cast<std::size_t>(root(point))] = true;
+  const std::map<Index, Row> follows = eliminate(fixed);
   Result result;
   std::map<Index, int> numbers;  // of points that move
   std::vector<Index> points;     // their roots
@@ -185,10 +241,15 @@ PartPoints::Result PartPoints::solve() {
   }
   std::map<Index, int> unknownOf;
   for (Index point : points) {
-    if (follows.count(point) == 0) unknownOf.emplace(point, static_cast<int>(unknownOf.size()));
+    const auto rule = follows.find(point);
+    if (rule == follows.end()) {
+      unknownOf.emplace(point, static_cast<int>(unknownOf.size()));
+      continue;
+    }
+    for (const auto& [other, weight] : rule->second) unknownOf.emplace(other, static_cast<int>(unknownOf.size()));
   }
   result.unknowns = static_cast<Index>(unknownOf.size());
-  if (follows.empty() && confined.empty()) return result;
+  if (follows.empty() && confined_.empty()) return result;
   std::vector<std::vector<TiedPoints::Term>> terms;
   for (Index point : points) {
     auto& own = terms.emplace_back();

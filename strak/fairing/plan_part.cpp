@@ -1,10 +1,13 @@
 #include "strak/fairing/plan_part.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 
 #include "strak/base/error.h"
 #include "strak/fairing/part_points.h"
+#include "strak/spline/periodic.h"
 
 namespace strak {
 
@@ -14,6 +17,7 @@ constexpr int kMostRounds = 12;                          // of inserting knots: 
 constexpr Index kMostGrowth = 2, kAlwaysAllowed = 2048;  // of the points of all faces, by knots of neighbours
 constexpr Index kMostLaterGrowth = 4;                    // the same, between two rounds
 constexpr double kSameCorner = 1e-6;                     // of the part's size
+constexpr double kPerpendicular = 1e-9;                  // of a face's size
 constexpr double kSameEnd = 1e-6;                        // of a side: parts that leave less uncovered cover it
 
 std::vector<Surface> surfacesOf(const std::vector<PartFace>& faces) {
@@ -115,6 +119,30 @@ std::vector<MirrorSide> mirrorsOf(const std::vector<PartFace>& faces) {
   return mirrors;
 }
 
+// Whether the first two rows of a side differ along the normal only.
+bool isPerpendicular(const Surface& surface, int side, const Eigen::Vector3d& normal) {
+  const Net points = surface.euclideanNet();
+  const auto border = borderRow(surface, side), behind = borderRow(surface, side, 1);
+  const double slack = kPerpendicular * (points.colwise().maxCoeff() - points.colwise().minCoeff()).norm();
+  for (std::size_t k = 0; k < border.size(); ++k) {
+    const Eigen::Vector3d step = (points.row(behind[k]) - points.row(border[k])).transpose();
+    if ((step - step.dot(normal) * normal).norm() > slack) return false;
+  }
+  return true;
+}
+
+// A closed face stays as smooth across its seam, in parameters, as it is.
+void keepSeam(PartPlan& plan, const Joint& joint, PartPoints& points) {
+  const int direction = joint.sideA / 2;
+  if (joint.a != joint.b || joint.sideB / 2 != direction || joint.part || joint.fit.reversed) return;
+  const auto face = static_cast<std::size_t>(joint.a);
+  const int order = seamSmoothness(plan.surfaces[face], direction);
+  if (order < 1) return;
+  points.smoothSeam(joint.a, direction, order);
+  plan.notes[face].push_back(fmt::format("Closed in direction {}: the seam is free and stays smooth of order {}.",
+                                         directionName(direction), order));
+}
+
 double sizeOf(const std::vector<Surface>& surfaces) {
   Eigen::RowVector3d low = surfaces.front().euclideanNet().row(0), high = low;
   for (const Surface& surface : surfaces) {
@@ -194,7 +222,13 @@ PartPlan planPart(const std::vector<PartFace>& faces, const std::vector<SidePair
 
   PartPoints points(plan.surfaces, std::max(jointOptions.gapLimit, kSameCorner * sizeOf(plan.surfaces)));
   for (const Joint& joint : plan.joints) points.join(joint);
-  for (const MirrorSide& mirror : plan.mirrors) points.confine(mirror.face, mirror.side, mirror.plane.normal);
+  for (const Joint& joint : plan.joints) keepSeam(plan, joint, points);
+  for (const MirrorSide& mirror : plan.mirrors) {
+    points.confine(mirror.face, mirror.side, mirror.plane.normal);
+    if (isPerpendicular(plan.surfaces[static_cast<std::size_t>(mirror.face)], mirror.side, mirror.plane.normal)) {
+      points.keepPerpendicular(mirror.face, mirror.side, mirror.plane.normal);
+    }
+  }
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto face = static_cast<Index>(f);
     const auto hold = [&](Index row) { points.hold(face, row); };

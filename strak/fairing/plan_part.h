@@ -38,11 +38,11 @@ struct PartPlan {
 };
 
 // `pairs`: sides that meet, both natural sides of their faces, or a whole one and a part of one; a face may meet itself
-// (a seam). Those that are smooth (no feature edge) and whose borders fit, if need be after knots are inserted, are
-// joined: their border points move together (along a part, those of the whole side follow), and no row behind them is
-// held. Sides in a plane of symmetry move in it, nothing behind them is held either. Along all other sides, and what of
-// a side no joined part covers, `options.rows` are held. Corners that also touch a side that is not joined stay.
-// `joints.gapLimit`: how far partners may be apart (they stay as far apart as they are).
+// (a seam, which stays as smooth as it is). Those that are smooth (no feature edge) and whose borders fit, if need be
+// after knots are inserted, are joined: their border points move together (along a part, those of the whole side
+// follow), and no row behind them is held. Sides in a plane of symmetry move in it, nothing behind them is held either.
+// Along all other sides, and what of a side no joined part covers, `options.rows` are held. Corners that also touch a
+// side that is not joined stay. `joints.gapLimit`: how far partners may be apart (they stay as far apart as they are).
 // Throws InvalidInput as planFace and measureJoints do. Cost as theirs, a few times.
 PartPlan planPart(const std::vector<PartFace>& faces, const std::vector<SidePair>& pairs, const PlanOptions& options,
                   const JointOptions& jointOptions = {});

@@ -87,21 +87,29 @@ void ShapeProblem::makePattern() {
 
 Eigen::MatrixX3d ShapeProblem::places() const {
   Eigen::MatrixX3d places = Eigen::MatrixX3d::Zero(unknowns_, 3);
-  for (const Patch& patch : patches_) {
-    for (std::size_t r = 0; r < patch.input->unknownOf.size(); ++r) {
-      int u = patch.input->unknownOf[r];
-      if (u < 0) continue;
-      if (tied_) {
-        const auto& terms = tied_->terms(u);
-        if (terms.size() != 1) continue;
-        u = terms.front().unknown;
-      }
-      const Index columns = patch.input->surface.size(1), row = static_cast<Index>(r);
-      // The place in the net separates best: a blade bent on itself has far points side by side in space.
-      if (patches_.size() == 1) {
-        places.row(u) << static_cast<double>(row / columns), static_cast<double>(row % columns), 0;
-      } else {
-        places.row(u) = patch.start.row(row);
+  const auto put = [&](int u, const Patch& patch, Index row) {
+    const Index columns = patch.input->surface.size(1);
+    // The place in the net separates best: a blade bent on itself has far points side by side in space.
+    if (patches_.size() == 1) {
+      places.row(u) << static_cast<double>(row / columns), static_cast<double>(row % columns), 0;
+    } else {
+      places.row(u) = patch.start.row(row);
+    }
+  };
+  // Points that are unknowns themselves come last and have the last word.
+  for (const bool plain : {false, true}) {
+    for (const Patch& patch : patches_) {
+      for (std::size_t r = 0; r < patch.input->unknownOf.size(); ++r) {
+        const int point = patch.input->unknownOf[r];
+        if (point < 0) continue;
+        const auto row = static_cast<Index>(r);
+        if (!tied_) {
+          if (plain) put(point, patch, row);
+          continue;
+        }
+        const auto& terms = tied_->terms(point);
+        if ((terms.size() == 1) != plain) continue;
+        for (const TiedPoints::Term& term : terms) put(term.unknown, patch, row);
       }
     }
   }
