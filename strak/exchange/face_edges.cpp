@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <numeric>
 
@@ -37,26 +38,29 @@ SpaceCurve inSpace(const FaceEdge& edge, const Surface& surface) {
   };
 }
 
-// The distance of `point` from the curve near t: golden section, good to 1e-10 of the curve.
-double distanceNear(const SpaceCurve& curve, const Vector3d& point, double t, double reach) {
+struct Foot {
+  double t, distance;
+};
+
+// The nearest place of the curve to `point` near t: golden section, good to 1e-10 of the curve.
+Foot footNear(const SpaceCurve& curve, const Vector3d& point, double t, double reach) {
   const double golden = (std::sqrt(5.0) - 1) / 2;
+  const auto footAt = [&](double u) { return Foot{u, (curve(u) - point).norm()}; };
+  const auto nearer = [](const Foot& a, const Foot& b) { return a.distance <= b.distance ? a : b; };
   double low = std::max(0.0, t - reach), high = std::min(1.0, t + reach);
-  double left = high - golden * (high - low), right = low + golden * (high - low);
-  double atLeft = (curve(left) - point).norm(), atRight = (curve(right) - point).norm();
-  double least = std::min({atLeft, atRight, (curve(low) - point).norm(), (curve(high) - point).norm()});
+  Foot left = footAt(high - golden * (high - low)), right = footAt(low + golden * (high - low));
+  Foot least = nearer(nearer(footAt(low), footAt(high)), nearer(left, right));
   while (high - low > 1e-10) {
-    if (atLeft <= atRight) {
-      high = std::exchange(right, left);
-      atRight = atLeft;
-      left = high - golden * (high - low);
-      atLeft = (curve(left) - point).norm();
-      least = std::min(least, atLeft);
+    if (left.distance <= right.distance) {
+      high = right.t;
+      right = left;
+      left = footAt(high - golden * (high - low));
+      least = nearer(least, left);
     } else {
-      low = std::exchange(left, right);
-      atLeft = atRight;
-      right = low + golden * (high - low);
-      atRight = (curve(right) - point).norm();
-      least = std::min(least, atRight);
+      low = left.t;
+      left = right;
+      right = footAt(low + golden * (high - low));
+      least = nearer(least, right);
     }
   }
   return least;
@@ -76,7 +80,7 @@ bool liesOn(const SpaceCurve& a, const SpaceCurve& b, bool backwards, double tol
       return (p - point).squaredNorm() < (q - point).squaredNorm();
     });
     const auto place = static_cast<double>(nearest - table.begin()) / kTable;
-    if (distanceNear(b, point, place, 1.0 / kTable) > tolerance) return false;
+    if (footNear(b, point, place, 1.0 / kTable).distance > tolerance) return false;
   }
   return true;
 }
@@ -101,6 +105,83 @@ double firstSpan(const KnotVector& knots, bool atEnd) {
   const auto spans = knots.spans();
   const Index span = atEnd ? spans.back() : spans.front();
   return knots[span + 1] - knots[span];
+}
+
+// The nearest place of the curve to `point`, to rounding.
+Foot footOf(const SpaceCurve& curve, const Vector3d& point) {
+  int nearest = 0;
+  double least = (curve(0) - point).norm();
+  for (int k = 1; k <= kTable; ++k) {
+    const double distance = (curve(static_cast<double>(k) / kTable) - point).norm();
+    if (distance < least) {
+      least = distance;
+      nearest = k;
+    }
+  }
+  Foot foot = footNear(curve, point, static_cast<double>(nearest) / kTable, 1.0 / kTable);
+  constexpr double kStep = 1e-5;
+  for (int i = 0; i < 3; ++i) {
+    const double low = std::max(0.0, foot.t - kStep), high = std::min(1.0, foot.t + kStep);
+    const Vector3d along = (curve(high) - curve(low)) / (high - low);
+    if (!(along.squaredNorm() > 0)) break;
+    foot.t = std::clamp(foot.t + along.dot(point - curve(foot.t)) / along.squaredNorm(), 0.0, 1.0);
+  }
+  if (foot.t < 1e-9) foot.t = 0;
+  if (foot.t > 1 - 1e-9) foot.t = 1;
+  foot.distance = (curve(foot.t) - point).norm();
+  return foot;
+}
+
+// An edge that takes part in the search, as a curve in space.
+struct Candidate {
+  std::size_t edge;
+  SpaceCurve curve;
+  Vector3d start, end, middle;  // middle of the ends, whichever way it runs
+  double tolerance;
+};
+
+// Whole sides that lie on a part of another side (T-junctions), among edges that coincide with no other one.
+std::vector<SharedEdge> partsOfEdges(const std::vector<FaceEdge>& edges, const std::vector<const Surface*>& surfaces,
+                                     const std::vector<const Candidate*>& alone) {
+  std::vector<SharedEdge> result;
+  for (const Candidate* longer : alone) {
+    const FaceEdge& whole = edges[longer->edge];
+    if (!whole.along) continue;
+    Vector3d low = longer->start, high = longer->start;
+    for (int i = 1; i < kSamples; ++i) {
+      const Vector3d point = longer->curve(static_cast<double>(i) / (kSamples - 1));
+      low = low.cwiseMin(point);
+      high = high.cwiseMax(point);
+    }
+    const double margin = 0.1 * (high - low).norm();  // what the curve may bulge between the samples
+    const auto outside = [&](const Vector3d& point) {
+      return ((low - point).array() > margin).any() || ((point - high).array() > margin).any();
+    };
+    for (const Candidate* shorter : alone) {
+      const FaceEdge& part = edges[shorter->edge];
+      if (shorter == longer || !part.side || outside(shorter->start) || outside(shorter->end)) continue;
+      const double tolerance = std::max(longer->tolerance, shorter->tolerance);
+      const Foot first = footOf(longer->curve, shorter->start), last = footOf(longer->curve, shorter->end);
+      if (first.distance > tolerance || last.distance > tolerance || first.t == last.t) continue;
+      const double from = std::min(first.t, last.t), to = std::max(first.t, last.t);
+      FaceEdge stretch = whole;
+      for (std::size_t i = 0; i < whole.line.size(); ++i) {
+        const double share = static_cast<double>(i) / static_cast<double>(whole.line.size() - 1);
+        stretch.line[i] = at(whole.line, std::lerp(from, to, share));
+      }
+      const bool opposite = first.t > last.t;
+      if (!liesOn(shorter->curve, inSpace(stretch, *surfaces[static_cast<std::size_t>(whole.face)]), opposite,
+                  tolerance)) {
+        continue;
+      }
+      findSide(*surfaces[static_cast<std::size_t>(whole.face)], stretch);
+      SharedEdge edge = sharedEdge(stretch, part, opposite);
+      edge.sewn = false;
+      if (whole.name != part.name) edge.name += " / " + part.name;
+      result.push_back(std::move(edge));
+    }
+  }
+  return result;
 }
 
 }  // namespace
@@ -167,12 +248,6 @@ SharedEdge sharedEdge(const FaceEdge& a, const FaceEdge& b, bool oppositeWays) {
 
 std::vector<SharedEdge> coincidentEdges(const std::vector<FaceEdge>& edges,
                                         const std::vector<const Surface*>& surfaces) {
-  struct Candidate {
-    std::size_t edge;
-    SpaceCurve curve;
-    Vector3d start, end, middle;  // middle of the ends, whichever way it runs
-    double tolerance;
-  };
   std::vector<Candidate> candidates;
   double widest = 0;
   for (std::size_t e = 0; e < edges.size(); ++e) {
@@ -220,6 +295,15 @@ std::vector<SharedEdge> coincidentEdges(const std::vector<FaceEdge>& edges,
     if (edges[first].name != edges[second].name) edge.name += " / " + edges[second].name;
     result.push_back(std::move(edge));
   }
+  std::vector<bool> met(edges.size(), false);
+  for (const auto& pair : pairs) met[pair[0]] = met[pair[1]] = true;
+  std::vector<const Candidate*> alone;
+  for (const Candidate& candidate : candidates) {
+    if (!met[candidate.edge]) alone.push_back(&candidate);
+  }
+  std::sort(alone.begin(), alone.end(), [](const auto* a, const auto* b) { return a->edge < b->edge; });
+  std::vector<SharedEdge> parts = partsOfEdges(edges, surfaces, alone);
+  std::move(parts.begin(), parts.end(), std::back_inserter(result));
   return result;
 }
 

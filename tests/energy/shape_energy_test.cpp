@@ -6,6 +6,7 @@
 #include "strak/energy/join_energy.h"
 #include "strak/energy/shape_residuals.h"
 #include "strak/spline/knot_insertion.h"
+#include "strak/spline/reparametrize.h"
 #include "tests/energy/shape_surfaces.h"
 
 namespace strak {
@@ -231,6 +232,52 @@ TEST(JoinEnergy, GradientIsThatOfTheValue) {
       const double slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
       EXPECT_NEAR(gradient[k], slope, 1e-6 * gradient.cwiseAbs().maxCoeff() + 1e-9) << k << rational;
     }
+  }
+}
+
+// A line of two faces of which one is longer, and the join of a face with its mirror image.
+TEST(JoinEnergy, PartsAndMirrors) {
+  const Surface sheet = bentSheet(3, 3, 4, 4);
+  const Surface a = subPatch(sheet, 0, 0, 0.5), b = subPatch(subPatch(sheet, 0, 0.5, 1), 1, 0.7, 1.6);
+  JoinBank side = bankOfSide(a, 1);
+  side.part = {0.7, 1.6};
+  const JoinEnergy part(b, allFree(b), bankOfSide(b, 0), a, allFree(a), side, false);
+  const JoinFigures smooth = part.figures(b.net(), a.net());
+  EXPECT_LT(smooth.angle, 1e-13);
+  EXPECT_LT(smooth.jump, 1e-11);
+  side.part = {0.7, 1.5};
+  const JoinEnergy wrong(b, allFree(b), bankOfSide(b, 0), a, allFree(a), side, false);
+  EXPECT_GT(wrong.figures(b.net(), a.net()).angle, 1e-3);
+
+  // A plane turned by 0.1 about the border: the mirror image is twice as far away.
+  Surface plane = bentSheet(3, 3, 1, 1);
+  const auto g = plane.knots(0).greville(), h = plane.knots(1).greville();
+  for (Index i = 0; i < 4; ++i) {
+    for (Index j = 0; j < 4; ++j) {
+      const double x = g[static_cast<std::size_t>(i)];
+      plane.net().row(plane.row({i, j})) << std::cos(0.1) * x, h[static_cast<std::size_t>(j)], std::sin(0.1) * x;
+    }
+  }
+  const JoinEnergy turned(plane, allFree(plane), bankOfSide(plane, 0), Eigen::Vector3d::UnitX());
+  EXPECT_NEAR(turned.figures(plane.net(), plane.net()).meanAngle, 2 * std::sin(0.1), 1e-12);
+
+  const Surface bent = bentSheet(3, 3, 3, 2, 0.03, 1);
+  const auto free = allFree(bent);
+  const JoinEnergy mirror(bent, free, bankOfSide(bent, 2), Eigen::Vector3d(0, 0.6, 0.8));
+  const auto unknowns = static_cast<int>(free.size());
+  BlockMatrix matrix(std::make_shared<const BlockPattern>(patternOfCliques(unknowns, mirror.cliques())));
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(3 * unknowns);
+  mirror.addStep(bent.net(), bent.net(), 0.5, 0.3, matrix, gradient);
+  EXPECT_GT(gradient.norm(), 0);
+  for (int k = 0; k < 3 * unknowns; ++k) {
+    const auto moved = [&](double by) {
+      Net net = bent.net();
+      net(k / 3, k % 3) += by;
+      const JoinFigures f = mirror.figures(net, net);
+      return 0.5 * f.ofAngle + 0.3 * f.ofJump;
+    };
+    const double slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+    EXPECT_NEAR(gradient[k], slope, 1e-6 * gradient.cwiseAbs().maxCoeff() + 1e-9) << k;
   }
 }
 

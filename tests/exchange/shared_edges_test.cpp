@@ -55,6 +55,32 @@ TEST(SharedEdges, DifferentKnotsAndSpeedsDoNotHideAnEdge) {
   for (const auto& edge : edges) EXPECT_EQ(edge.notJoinable, "more than two faces meet there");
 }
 
+TEST(SharedEdges, AWholeSideOnAPartOfAnother) {
+  const Surface sheet = graph(0, 200, 0, 80, 4, 5, hill);
+  const Surface right = subPatch(sheet, 0, 0.5, 1);
+  const std::vector<Surface> patches{subPatch(sheet, 0, 0, 0.5), reversed(subPatch(right, 1, 0, 0.33), 1),
+                                     withDomain(subPatch(right, 1, 0.33, 1), 1, -1, 7)};
+  const auto model = modelOf(any(patches));
+  const auto edges = model->sharedEdges();
+  ASSERT_EQ(edges.size(), 3U);
+  EXPECT_TRUE(edges[0].sideA && edges[0].sideB) << "of the two that are whole";
+  for (std::size_t e : {1U, 2U}) {
+    EXPECT_EQ(edges[e].faceA, 0);
+    EXPECT_EQ(edges[e].faceB, static_cast<Index>(e));
+    EXPECT_EQ(edges[e].alongA, 1);
+    EXPECT_FALSE(edges[e].sideA);
+    EXPECT_EQ(edges[e].sideB, 0);
+    EXPECT_EQ(edges[e].reversed, e == 1);
+    EXPECT_EQ(edges[e].sameNormals, e != 1);
+    EXPECT_LT(apart(*model, edges[e]), 1e-12);
+    EXPECT_NEAR(edges[e].lineA[e == 1 ? 1 : 0][1], 0.33, 1e-13);
+  }
+  // A border that lies there at its ends only is another one.
+  std::vector<Surface> bent = patches;
+  bent[2].net()(bent[2].row({0, 3}), 2) += 0.01;
+  EXPECT_EQ(modelOf(any(bent))->sharedEdges().size(), 2U);
+}
+
 TEST(SharedEdges, SeamsAndPolesOfClosedSurfaces) {
   // A closed strip: its first and last column are the same; v runs up, the top is drawn together to a point.
   Surface strip = graph(0, 1, 0, 1, 5, 1, [](double, double) { return 0.0; });
