@@ -139,7 +139,7 @@ JoinBank bankOfSide(const Surface& surface, int side) {
 }
 
 JoinEnergy::JoinEnergy(const Surface& a, const std::vector<int>& unknownA, const JoinBank& bankA, const Surface& b,
-                       const std::vector<int>& unknownB, const JoinBank& bankB, bool reversed, bool withJump) {
+                       const std::vector<int>& unknownB, const JoinBank& bankB, bool reversed) {
   const KnotVector &alongA = a.knots(1 - bankA.direction), &alongB = b.knots(1 - bankB.direction);
   const Index behindA = spanBehind(a, bankA), behindB = spanBehind(b, bankB);
   Eigen::VectorXd weightA, weightB;
@@ -177,7 +177,7 @@ JoinEnergy::JoinEnergy(const Surface& a, const std::vector<int>& unknownA, const
       if (!(width > 0)) continue;
       sample.length = length;
       sample.angleWeight = kAngle * length / (width * width * width);
-      sample.jumpWeight = withJump ? length / width : 0;
+      sample.jumpWeight = length / width;
       stretch.samples.push_back(std::move(sample));
     }
     if (!stretch.samples.empty()) stretches_.push_back(std::move(stretch));
@@ -186,7 +186,7 @@ JoinEnergy::JoinEnergy(const Surface& a, const std::vector<int>& unknownA, const
 
 JoinEnergy::JoinEnergy(const Surface& surface, const std::vector<int>& unknownOf, const JoinBank& bank,
                        const Eigen::Vector3d& normal)
-    : JoinEnergy(surface, unknownOf, bank, surface, unknownOf, bank, false, false) {
+    : JoinEnergy(surface, unknownOf, bank, surface, unknownOf, bank, false) {
   mirror_ = normal;
   for (Stretch& stretch : stretches_) {
     stretch.unknown.resize(stretch.rowsA.size());

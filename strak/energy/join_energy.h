@@ -41,10 +41,9 @@ class JoinEnergy {
  public:
   // The parameters along the two banks are mapped affinely, `reversed` or not; bank A, the whole line, has all knots of
   // bank B (of its part, if it has one).
-  // `unknownA`, `unknownB` as in ShapeEnergy. `withJump` false: the roughness counts the angle alone. Throws
-  // InvalidInput for a bank that is on no knot line.
+  // `unknownA`, `unknownB` as in ShapeEnergy. Throws InvalidInput for a bank that is on no knot line.
   JoinEnergy(const Surface& a, const std::vector<int>& unknownA, const JoinBank& bankA, const Surface& b,
-             const std::vector<int>& unknownB, const JoinBank& bankB, bool reversed, bool withJump = true);
+             const std::vector<int>& unknownB, const JoinBank& bankB, bool reversed);
   // The join of a surface with its mirror image, in a plane with this unit normal that holds the line. The figures are
   // those of the two: the angle is twice what the surface strays from perpendicular, curvatures agree by symmetry.
   JoinEnergy(const Surface& surface, const std::vector<int>& unknownOf, const JoinBank& bank,

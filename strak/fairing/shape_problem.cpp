@@ -15,6 +15,7 @@ constexpr double kGuardError = 1e-3;   // of the adaptive integrals ...
 constexpr double kSharpError = 2e-5;   // ... and where before and after are this close:
 constexpr double kClose = 0.98;
 constexpr double kMoreJoinWeight = 5;
+constexpr double kFirstWeight = 0.01;  // of what is not to get smaller, only not larger
 constexpr double kMostJoinWeight = 1e8;
 constexpr double kMoreFigureWeight = 2;
 constexpr double kMostFigureWeight = 1e4;
@@ -55,9 +56,10 @@ ShapeProblem::ShapeProblem(const std::vector<ShapePatch>& patches, const std::ve
       joins_.push_back({join.patchA, join.patchA, JoinEnergy(a.surface, a.unknownOf, join.bankA, *join.mirror)});
       continue;
     }
-    joins_.push_back({join.patchA, join.patchB,
-                      JoinEnergy(a.surface, a.unknownOf, join.bankA, b.surface, b.unknownOf, join.bankB, join.reversed,
-                                 join.withJump)});
+    joins_.push_back(
+        {join.patchA, join.patchB,
+         JoinEnergy(a.surface, a.unknownOf, join.bankA, b.surface, b.unknownOf, join.bankB, join.reversed)});
+    if (!join.withJump) joins_.back().wishedJump = joins_.back().jumpWeight = 0;
   }
   givenJoins_ = joins_.size();
   for (std::size_t p = 0; p < patches_.size(); ++p) addInnerLines(p);
@@ -344,7 +346,7 @@ bool ShapeProblem::raiseWeights(const Eigen::VectorXd& e, const Figures& now) {
   bool raised = false;
   const auto raise = [&raised](bool worse, double factor, double most, double& weight) {
     if (!worse || weight >= most) return;
-    weight *= factor;
+    weight = std::max(kFirstWeight, weight * factor);
     raised = true;
   };
   for (std::size_t j = 0; j < joins_.size(); ++j) {
@@ -388,8 +390,8 @@ double ShapeProblem::plainMerit(const Figures& at) const {
     rough.push_back(at.patches[p].roughness + patches_[p].roughnessFloor);
   }
   for (std::size_t j = 0; j < joins_.size(); ++j) {
-    rough[joins_[j].a] += 0.5 * (at.joins[j].ofAngle + at.joins[j].ofJump);
-    rough[joins_[j].b] += 0.5 * (at.joins[j].ofAngle + at.joins[j].ofJump);
+    rough[joins_[j].a] += 0.5 * (at.joins[j].ofAngle + joins_[j].wishedJump * at.joins[j].ofJump);
+    rough[joins_[j].b] += 0.5 * (at.joins[j].ofAngle + joins_[j].wishedJump * at.joins[j].ofJump);
   }
   double sum = 0;
   for (std::size_t p = 0; p < patches_.size(); ++p) {

@@ -90,6 +90,7 @@ class ShapeProblem {
     JoinEnergy energy;
     JoinFigures first{};
     double angleWeight = 1, jumpWeight = 1;
+    double wishedJump = 1;  // the weight that the jump has at first
     double roughness(const JoinFigures& now) const { return angleWeight * now.ofAngle + jumpWeight * now.ofJump; }
   };
   struct Worse {

@@ -348,6 +348,17 @@ TEST(JointFairing, AClosedFaceMovesAcrossItsSeam) {
   EXPECT_LT(result.after[0].isophoteRoughness, 1.05 * clean.isophoteRoughness);
 }
 
+TEST(JointFairing, ForTangentPlanesAloneTheCurvatureDoesNotGetWorse) {
+  const auto faces = threeFaces(false, false);
+  const PartPlan plan = planPart(faces, threePairs(false), heldOutside());
+  const JointFairing result = fairJointly(plan, {.tolerance = 0.005, .aim = JoinAim::g1});
+  EXPECT_GT(result.summary.largestMove, 1e-3);
+  for (std::size_t j = 0; j < 3; ++j) {
+    EXPECT_LT(result.joinsAfter[j].meanAngle, 0.3 * result.joinsBefore[j].meanAngle) << j;
+    EXPECT_LE(result.joinsAfter[j].meanJump, result.joinsBefore[j].meanJump) << j;
+  }
+}
+
 TEST(JointFairing, NoToleranceNoMove) {
   const PartPlan plan = planPart(twoFaces(0.002, true), kPair, heldOutside());
   const JointFairing result = fairJointly(plan, {.tolerance = 0});
