@@ -16,8 +16,8 @@ namespace strak {
 
 namespace {
 
-constexpr double kSettled = 1e-3;  // of int 4 H^2: a step that changes less is the last one
-constexpr double kFast = 1e-2;     // ... and below this the balls may be refined
+constexpr double kSettled = 3e-3;  // of int 4 H^2: a step that changes less is the last one
+constexpr double kFast = 0.1;      // ... and below this the balls may be refined
 constexpr double kShares[] = {1, 0.4, 0.16};
 constexpr double kShorter[] = {0.5, 0.25};  // the first step, where the guard refuses the whole
 constexpr double kInnerAccuracy = 1e-5;     // of the energy

@@ -32,8 +32,8 @@ struct DataDependentFairing {
   int takenBack = 0;              // the last steps, where they made one of these figures larger
 };
 
-// Fairs `input`, rational or not; `held` as holdStrips gives it. The steps end where int 4 H^2 falls by less than a
-// thousandth. The result is the last of them whose energy, bending, curvature variation and roughness are not larger
+// Fairs `input`, rational or not; `held` as holdStrips gives it. The steps end where int 4 H^2 falls by less than
+// 0.3 %. The result is the last of them whose energy, bending, curvature variation and roughness are not larger
 // than the input's, nor the jumps of the curvature at knot lines that are only C1, taken together; if there is none,
 // half or a quarter of the first one, or the input itself. The distance of the two at any parameter is at most the
 // tolerance. Throws InvalidInput unless the surface lies in space; or if there is no tolerance and no held point. Cost:
