@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "strak/solve/halves.h"
+
 namespace strak {
 
 using Eigen::Index;
@@ -69,17 +71,7 @@ void bisect(Points points, const Eigen::Ref<const Eigen::MatrixX3d>& places, Ind
     if (!points.empty()) parts.push_back(std::move(points));
     return;
   }
-  Eigen::RowVector3d low = places.row(points.front()), high = low;
-  for (int p : points) {
-    low = low.cwiseMin(places.row(p));
-    high = high.cwiseMax(places.row(p));
-  }
-  Index axis = 0;
-  (high - low).maxCoeff(&axis);
-  const auto middle = points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
-  std::nth_element(points.begin(), middle, points.end(), [&](int a, int b) {
-    return places(a, axis) < places(b, axis) || (places(a, axis) == places(b, axis) && a < b);
-  });
+  const auto middle = points.begin() + halveByPlace(points, places);
   bisect(Points(points.begin(), middle), places, most, parts);
   bisect(Points(middle, points.end()), places, most, parts);
 }

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "strak/solve/dense_kernels.h"
+#include "strak/solve/halves.h"
 
 namespace strak {
 
@@ -65,17 +66,7 @@ int NestedCholesky::Tree::addNode(const std::vector<int>& own, std::vector<int> 
 int NestedCholesky::Tree::dissect(std::vector<int> points, const Eigen::Ref<const Eigen::MatrixX3d>& places,
                                   std::vector<char>& side) {
   if (points.size() <= kLeaf) return addNode(points, {});
-  Eigen::RowVector3d low = places.row(points.front()), high = low;
-  for (int p : points) {
-    low = low.cwiseMin(places.row(p));
-    high = high.cwiseMax(places.row(p));
-  }
-  Index axis = 0;
-  (high - low).maxCoeff(&axis);
-  const auto middle = points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
-  std::nth_element(points.begin(), middle, points.end(), [&](int a, int b) {
-    return places(a, axis) < places(b, axis) || (places(a, axis) == places(b, axis) && a < b);
-  });
+  const auto middle = points.begin() + halveByPlace(points, places);
   for (auto p = points.begin(); p != points.end(); ++p) side[static_cast<std::size_t>(*p)] = p < middle ? 1 : 2;
   std::vector<int> halves[2], borders[2];
   for (int p : points) {

@@ -51,6 +51,17 @@ inline std::filesystem::path dataFile(const std::string& name) {
   return std::filesystem::exists(path) ? path : std::filesystem::path();
 }
 
+// What a change of a model must not do: make faces invalid, open edges, loosen their tolerances.
+inline void expectNothingWorse(const Audit& before, const Audit& after, double size) {
+  EXPECT_LE(after.invalidFaces, before.invalidFaces);
+  EXPECT_EQ(after.valid, before.valid);
+  ASSERT_EQ(after.edges.size(), before.edges.size());
+  for (std::size_t e = 0; e < after.edges.size(); ++e) {
+    EXPECT_LT(after.edges[e].gap - before.edges[e].gap, 1e-9 * size) << after.edges[e].name;
+    EXPECT_LE(after.edges[e].tolerance, before.edges[e].tolerance);
+  }
+}
+
 // Clamped, with random steps and inner knots of multiplicity up to the degree.
 inline KnotVector randomKnots(std::mt19937& random, int degree, Index size) {
   std::uniform_real_distribution<double> step(0.1, 1.0);
