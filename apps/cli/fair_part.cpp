@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -138,21 +140,48 @@ std::string howFaired(const PartPlan& plan, const JointFairing& faired, Index fa
   return how.empty() ? "" : fmt::format("faired as one {}", fmt::join(how, ", "));
 }
 
-// Faces one part; returns the faces whose entries have a result.
-ModelEditor::Group fairPart(const Model& model, const Part& part, const FairModelOptions& options,
-                            const Progress& progress, std::vector<FairedObject>& entries) {
+std::vector<PartFace> partFaces(const Model& model, const Part& part) {
   std::vector<PartFace> faces;
   for (std::size_t f = 0; f < part.faces.size(); ++f) {
     const Object& object = objectAt(model, part.faces[f]);
     faces.push_back({std::get<Surface>(*object.spline), {object.trims, object.naturalSide}, part.mirrors[f]});
   }
+  return faces;
+}
+
+PartPlan planOf(const Model& model, const Part& part, const FairModelOptions& options) {
   PlanOptions planOptions;
   planOptions.rows = rowsOf(options.holdRows);
   planOptions.refine = options.refine;
   planOptions.rational = true;
   JointOptions jointOptions;
   jointOptions.gapLimit = std::max(1e-6 * model.size(), 0.5 * std::min(options.fairing.tolerance, 1e-3 * model.size()));
-  const PartPlan plan = planPart(faces, part.pairs, planOptions, jointOptions);
+  return planPart(partFaces(model, part), part.pairs, planOptions, jointOptions);
+}
+
+// Those that nothing couples are parts of their own, smaller systems, and one that cannot be faired stops no other.
+std::vector<Part> independentParts(const Part& part, const PartPlan& plan) {
+  std::vector<Part> result;
+  for (const std::vector<Index>& faces : facesThatMoveTogether(plan)) {
+    Part& own = result.emplace_back();
+    std::map<Index, Index> place;
+    for (Index face : faces) {
+      place.emplace(face, static_cast<Index>(own.faces.size()));
+      own.faces.push_back(part.faces[static_cast<std::size_t>(face)]);
+      own.mirrors.push_back(part.mirrors[static_cast<std::size_t>(face)]);
+    }
+    for (const Joint& joint : plan.joints) {
+      if (place.count(joint.a) == 0) continue;
+      own.pairs.push_back({place.at(joint.a), place.at(joint.b), joint.sideA, joint.sideB, joint.part});
+    }
+  }
+  return result;
+}
+
+// Faces one part; returns the faces whose entries have a result.
+ModelEditor::Group fairPart(const Model& model, const Part& part, const FairModelOptions& options,
+                            const Progress& progress, std::vector<FairedObject>& entries) {
+  const PartPlan plan = planOf(model, part, options);
   if ((plan.joints.empty() && plan.mirrors.empty()) || plan.unknowns == 0) return {};
   JointFairingOptions joint;
   joint.tolerance = options.fairing.tolerance;
@@ -180,12 +209,13 @@ ModelEditor::Group fairPart(const Model& model, const Part& part, const FairMode
     summary.freePoints =
         std::count_if(plan.unknownOf[f].begin(), plan.unknownOf[f].end(), [](int u) { return u >= 0; });
     summary.seconds = faired.summary.seconds / static_cast<double>(part.faces.size());
-    const auto deviation = certifyDeviation(faces[f].surface, faired.surfaces[f]);
+    const auto& before = std::get<Surface>(*object.spline);
+    const auto deviation = certifyDeviation(before, faired.surfaces[f]);
     entry.energyName = kExactEnergy;
     entry.notes = plan.notes[f];
     const std::string how = howFaired(plan, faired, static_cast<Index>(f));
     if (!how.empty()) entry.notes.push_back(how);
-    describeResult(object, faces[f].surface, std::move(faired.surfaces[f]), summary, deviation, entry);
+    describeResult(object, before, std::move(faired.surfaces[f]), summary, deviation, entry);
     group.push_back(part.faces[f]);
   }
   return group;
@@ -195,7 +225,11 @@ ModelEditor::Group fairPart(const Model& model, const Part& part, const FairMode
 
 std::vector<Index> fairParts(Model& model, const FairModelOptions& options, ModelEditor& editor,
                              std::vector<FairedObject>& entries) {
-  const std::vector<Part> parts = partsOf(model, options);
+  std::vector<Part> parts;
+  for (const Part& part : partsOf(model, options)) {
+    std::vector<Part> own = independentParts(part, planOf(model, part, options));
+    std::move(own.begin(), own.end(), std::back_inserter(parts));
+  }
   std::vector<double> weights;
   for (const Part& part : parts) weights.push_back(static_cast<double>(part.faces.size()));
   ProgressBar bar(weights, options.showProgress, options.stopped);

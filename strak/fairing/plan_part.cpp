@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 
 #include "strak/base/error.h"
@@ -253,6 +254,44 @@ PartPlan planPart(const std::vector<PartFace>& faces, const std::vector<SidePair
   plan.tied = std::move(solved.tied);
   plan.unknowns = solved.unknowns;
   return plan;
+}
+
+std::vector<std::vector<Index>> facesThatMoveTogether(const PartPlan& plan) {
+  std::vector<std::size_t> set(plan.surfaces.size());
+  std::iota(set.begin(), set.end(), std::size_t{0});
+  const auto root = [&](std::size_t f) {
+    while (set[f] != f) f = set[f];
+    return f;
+  };
+  std::vector<std::size_t> owner(static_cast<std::size_t>(plan.unknowns), plan.surfaces.size());
+  for (std::size_t f = 0; f < plan.surfaces.size(); ++f) {
+    const auto use = [&](int unknown) {
+      std::size_t& first = owner[static_cast<std::size_t>(unknown)];
+      if (first == plan.surfaces.size()) first = f;
+      const std::size_t a = root(first), b = root(f);
+      set[std::max(a, b)] = std::min(a, b);
+    };
+    for (const int point : plan.unknownOf[f]) {
+      if (point < 0) continue;
+      if (!plan.tied) {
+        use(point);
+        continue;
+      }
+      for (const TiedPoints::Term& term : plan.tied->terms(point)) use(term.unknown);
+    }
+  }
+  std::vector<bool> used(plan.surfaces.size(), false);
+  for (const Joint& joint : plan.joints) {
+    used[static_cast<std::size_t>(joint.a)] = used[static_cast<std::size_t>(joint.b)] = true;
+  }
+  for (const MirrorSide& mirror : plan.mirrors) used[static_cast<std::size_t>(mirror.face)] = true;
+  std::map<std::size_t, std::vector<Index>> groups;
+  for (std::size_t f = 0; f < used.size(); ++f) {
+    if (used[f]) groups[root(f)].push_back(static_cast<Index>(f));
+  }
+  std::vector<std::vector<Index>> result;
+  for (auto& [first, faces] : groups) result.push_back(std::move(faces));
+  return result;
 }
 
 }  // namespace strak

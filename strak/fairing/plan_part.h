@@ -47,4 +47,8 @@ struct PartPlan {
 PartPlan planPart(const std::vector<PartFace>& faces, const std::vector<SidePair>& pairs, const PlanOptions& options,
                   const JointOptions& jointOptions = {});
 
+// The faces that move together: sets that share no unknown with one another, each ascending, of faces with a joint or a
+// mirror. The others gain nothing from the part. Cost O(control points).
+std::vector<std::vector<Index>> facesThatMoveTogether(const PartPlan& plan);
+
 }  // namespace strak

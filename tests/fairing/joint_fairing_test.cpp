@@ -206,6 +206,20 @@ TEST(PlanPart, WhatNoPartCoversIsHeld) {
   EXPECT_LT(gapOf(fairJointly(plan, {.tolerance = 0.005}).surfaces, {threePairs(false)[0]}), 1e-14);
 }
 
+TEST(PlanPart, TellsWhichFacesMoveTogether) {
+  std::vector<PartFace> faces = twoFaces(0.001, false);
+  for (const PartFace& face : twoFaces(0.001, false)) {
+    faces.push_back(face);
+    faces.back().surface.net().col(0).array() += 5;
+  }
+  faces.push_back({bentSheet(3, 3, 8, 6), {}});
+  faces.back().surface.net().col(0).array() += 10;
+  const PartPlan plan = planPart(faces, {{0, 1, 1, 0}, {2, 3, 1, 0}}, heldOutside());
+  EXPECT_EQ(facesThatMoveTogether(plan), (std::vector<std::vector<Index>>{{0, 1}, {2, 3}}));
+  const PartPlan three = planPart(threeFaces(false, false), threePairs(false), heldOutside());
+  EXPECT_EQ(facesThatMoveTogether(three), (std::vector<std::vector<Index>>{{0, 1, 2}}));
+}
+
 // Four faces round a fifth one, each with a corner on the side of the next: whatever is followed leads back to the
 // start.
 TEST(PlanPart, ARingOfPartsHoldsTogether) {
