@@ -322,6 +322,68 @@ TEST(JointFairing, WhatIsPerpendicularToItsPlaneOfSymmetryStaysSo) {
   EXPECT_GT(across, 1e-6);
 }
 
+// A quarter in two faces: a join runs into one plane of symmetry, and the corner where both planes meet stays in both.
+TEST(JointFairing, PlanesOfSymmetryMeetJoinsAndOneAnother) {
+  Surface quarter = bentSheet(3, 3, 6, 8);
+  std::mt19937 engine(9);
+  const auto g = quarter.knots(0).greville(), h = quarter.knots(1).greville();
+  for (Index i = 0; i < quarter.size(0); ++i) {
+    for (Index j = 0; j < quarter.size(1); ++j) {
+      const double x = i == 1 ? 0 : g[static_cast<std::size_t>(i)], y = j == 1 ? 0 : h[static_cast<std::size_t>(j)];
+      quarter.net().row(quarter.row({i, j})) << g[static_cast<std::size_t>(i)], h[static_cast<std::size_t>(j)],
+          0.3 * std::cos(1.5 * x) * std::cos(0.7 * y);
+    }
+  }
+  std::vector<PartFace> faces{{subPatch(quarter, 1, 0, 1), {}}, {subPatch(quarter, 1, 1, 2), {}}};
+  addNoise(faces[0].surface, 0.001, {2, 2, 2, 1}, engine);
+  addNoise(faces[1].surface, 0.001, {2, 2, 1, 2}, engine);
+  for (PartFace& face : faces) face.mirror[0] = symmetryPlane(face.surface, 0);
+  faces[0].mirror[2] = symmetryPlane(faces[0].surface, 2);
+  ASSERT_TRUE(faces[0].mirror[0] && faces[1].mirror[0] && faces[0].mirror[2]);
+  const PartPlan plan = planPart(faces, {{0, 1, 3, 2}}, heldOutside());
+  ASSERT_EQ(plan.mirrors.size(), 3U);
+  const JointFairing result = fairJointly(plan, {.tolerance = 0.005});
+  EXPECT_GT(result.summary.largestMove, 1e-3);
+  EXPECT_LT(gapOf(result.surfaces, {{0, 1, 3, 2}}), 1e-14);
+  for (std::size_t f = 0; f < 2; ++f) {
+    for (Index row : borderRow(result.surfaces[f], 0)) EXPECT_NEAR(result.surfaces[f].net()(row, 0), 0, 1e-15);
+    EXPECT_LT(result.after[f].isophoteRoughness, 0.5 * result.before[f].isophoteRoughness);
+  }
+  for (Index row : borderRow(result.surfaces[0], 2)) EXPECT_NEAR(result.surfaces[0].net()(row, 1), 0, 1e-15);
+  const Index corner = result.surfaces[0].row({0, 0});
+  EXPECT_NE(result.surfaces[0].net()(corner, 2), plan.surfaces[0].net()(corner, 2));
+  EXPECT_LT(result.joinsAfter[0].meanAngle, 0.2 * result.joinsBefore[0].meanAngle);
+  for (std::size_t m : {1U, 2U, 3U}) EXPECT_LE(result.joinsAfter[m].meanAngle, 1e-5) << "by its energy at the corner";
+}
+
+TEST(JointFairing, ATorusMovesAcrossBothSeams) {
+  const Index n = 9, m = 8;
+  std::mt19937 engine(5);
+  Net net((n + 3) * (m + 3), 3);
+  for (Index i = 0; i < n + 3; ++i) {
+    for (Index j = 0; j < m + 3; ++j) {
+      const double s = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n);
+      const double t = 2 * std::numbers::pi * static_cast<double>(j) / static_cast<double>(m);
+      const double r = 1 + 0.01 * (2 * static_cast<double>(engine()) / 4294967296.0 - 1);
+      net.row(i * (m + 3) + j) << (3 + r * std::cos(t)) * std::cos(s), (3 + r * std::cos(t)) * std::sin(s),
+          r * std::sin(t);
+      if (i >= n || j >= m) net.row(i * (m + 3) + j) = net.row(i % n * (m + 3) + j % m);
+    }
+  }
+  const auto knots = [](Index count) {
+    std::vector<double> values;
+    for (Index i = 0; i < count; ++i) values.push_back(static_cast<double>(i));
+    return KnotVector(3, values);
+  };
+  const Surface torus = toClamped(toClamped(Surface({knots(n + 7), knots(m + 7)}, net), 0), 1);
+  const PartPlan plan = planPart({{torus, {}}}, {{0, 0, 0, 1}, {0, 0, 2, 3}}, heldOutside());
+  EXPECT_EQ(plan.unknowns, n * m) << "as many as a period has points";
+  const JointFairing result = fairJointly(plan, {.tolerance = 0.03});
+  EXPECT_EQ(seamSmoothness(result.surfaces[0], 0, 1e-12), 2);
+  EXPECT_EQ(seamSmoothness(result.surfaces[0], 1, 1e-12), 2);
+  EXPECT_LT(result.after[0].isophoteRoughness, 0.9 * result.before[0].isophoteRoughness);
+}
+
 // A tube whose two sides in u meet, smooth to second order, with noise between its ends.
 Surface tubeWith(double noise) {
   const Index n = 16, m = 7;
