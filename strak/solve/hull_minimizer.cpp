@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace strak {
 
@@ -54,7 +53,7 @@ constexpr double kPullIn = 0.95;    // where the rows' sums are first taken to b
 constexpr double kToBorder = 0.99;  // of the longest step
 constexpr double kResidual = 2e-5;  // of the first one
 
-double coneProduct(const Cone& a, const Cone& b) { return a[0] * b[0] - a.tail<3>().dot(b.tail<3>()); }
+inline double coneProduct(const Cone& a, const Cone& b) { return a[0] * b[0] - a.tail<3>().dot(b.tail<3>()); }
 
 // The product of Jordan's algebra and its inverse.
 Cone jordan(const Cone& a, const Cone& b) {
@@ -95,12 +94,19 @@ struct Scaling {
     return beta * y;
   }
   Cone inverseTimes(const Cone& x) const {
-    Cone jv = v;
-    jv.tail<3>() *= -1;
-    Cone y = 2 * jv.dot(x) * jv;
-    y[0] -= x[0];
-    y.tail<3>() += x.tail<3>();
-    return y / beta;
+    const double along = 2 * (v[0] * x[0] - v.tail<3>().dot(x.tail<3>()));
+    Cone y;
+    y[0] = (along * v[0] - x[0]) / beta;
+    y.tail<3>() = (x.tail<3>() - along * v.tail<3>()) / beta;
+    return y;
+  }
+  // W^-2 times (0, x).
+  Cone inverseSquareTimes(const Eigen::Vector3d& x) const {
+    const double along = 2 * w.tail<3>().dot(x), scale = 1 / (beta * beta);
+    Cone y;
+    y[0] = -scale * along * w[0];
+    y.tail<3>() = scale * (along * w.tail<3>() + x);
+    return y;
   }
   // The block of W^-2 that belongs to the last three.
   Eigen::Matrix3d inverseSquare() const {
@@ -108,16 +114,22 @@ struct Scaling {
   }
 };
 
-// The largest t with x + t d in the cone; x lies inside.
-double toBorder(const Cone& x, const Cone& d) {
+Cone atRest(const Eigen::Vector3d& x) { return {0, x[0], x[1], x[2]}; }
+
+Eigen::Map<const Eigen::Matrix3Xd> asPoints(const Eigen::VectorXd& x) { return {x.data(), 3, x.size() / 3}; }
+
+// The largest t, at most `most`, with x + t d in the cone; x lies inside.
+double toBorder(const Cone& x, const Cone& d, double most) {
+  const Cone end = x + most * d;
+  if (end[0] > 0 && coneProduct(end, end) > 0) return most;
   const double a = coneProduct(d, d), b = coneProduct(x, d), c = coneProduct(x, x);
-  double t = std::numeric_limits<double>::infinity();
-  if (d[0] < 0) t = -x[0] / d[0];
+  double t = most;
+  if (d[0] < 0) t = std::min(t, -x[0] / d[0]);
   const double root = b * b - a * c;
   if (root >= 0) {
     // The least positive zero of c + 2 b t + a t^2, c > 0, without cancellation.
     const double q = -(b + (b >= 0 ? std::sqrt(root) : -std::sqrt(root)));
-    for (double zero : {q != 0 ? c / q : t, a != 0 ? q / a : t}) {
+    for (double zero : {q != 0 ? c / q : most, a != 0 ? q / a : most}) {
       if (zero > 0) t = std::min(t, zero);
     }
   }
@@ -146,8 +158,7 @@ class InteriorPoints {
 
  private:
   void findPlaces();
-  void addTransposed(const Cones& y, double sign, Eigen::VectorXd& to) const;
-  Cones asCones(const Eigen::VectorXd& sums) const;
+  void addTransposed(const Eigen::Matrix3Xd& y, double sign, Eigen::VectorXd& to) const;
   bool factorNewton(const std::vector<Scaling>& w);
 
   const HullProblem& p_;
@@ -185,21 +196,14 @@ bool InteriorPoints::factorNewton(const std::vector<Scaling>& w) {
   return factor_.factor(newton_);
 }
 
-// to += sign R^T (last three of y)
-void InteriorPoints::addTransposed(const Cones& y, double sign, Eigen::VectorXd& to) const {
+// to += sign R^T y
+void InteriorPoints::addTransposed(const Eigen::Matrix3Xd& y, double sign, Eigen::VectorXd& to) const {
   for (Index i = 0; i < rows_.count(); ++i) {
     for (auto k = static_cast<std::size_t>(rows_.start[static_cast<std::size_t>(i)]);
          k < static_cast<std::size_t>(rows_.start[static_cast<std::size_t>(i) + 1]); ++k) {
-      to.segment<3>(3 * rows_.point[k]) += sign * rows_.weight[k] * y.col(i).tail<3>();
+      to.segment<3>(3 * rows_.point[k]) += sign * rows_.weight[k] * y.col(i);
     }
   }
-}
-
-Cones InteriorPoints::asCones(const Eigen::VectorXd& sums) const {
-  Cones c(4, rows_.count());
-  c.row(0).setZero();
-  c.bottomRows<3>() = Eigen::Map<const Eigen::Matrix3Xd>(sums.data(), 3, rows_.count());
-  return c;
 }
 
 HullResult InteriorPoints::run(const HullOptions& options) {
@@ -226,51 +230,51 @@ HullResult InteriorPoints::run(const HullOptions& options) {
     if (!lambda.allFinite() || !factorNewton(w)) return result;
     // The stationarity A x + b - R^T z = 0, and s = (radius, R x + offset).
     Eigen::VectorXd residual = ax + p_.linear;
-    addTransposed(z_, -1, residual);
-    Cones apart = asCones(p_.sums(x_));
-    apart.bottomRows<3>() -= s_.bottomRows<3>();
+    addTransposed(z_.bottomRows<3>(), -1, residual);
+    const Eigen::Matrix3Xd apart = asPoints(p_.sums(x_)) - s_.bottomRows<3>();
 
-    Cones ds(4, n), dz(4, n), target(4, n);
+    // Complementarity as dz = wished - W^-2 ds. The first entry of ds is zero, the radius stays.
+    Cones wished = -z_, dz(4, n);
+    Eigen::Matrix3Xd ds(3, n);
     Eigen::VectorXd dx;
     const auto solve = [&](double share) {
-      Cones scaled(4, n);
       for (Index i = 0; i < n; ++i) {
-        target.col(i) = jordanDivide(target.col(i), lambda.col(i));
         const Scaling& scale = w[static_cast<std::size_t>(i)];
-        scaled.col(i) = scale.inverseTimes(target.col(i) - scale.inverseTimes(share * apart.col(i)));
+        ds.col(i) = (wished.col(i) - scale.inverseSquareTimes(share * apart.col(i))).tail<3>();
       }
       Eigen::VectorXd right = -share * residual;
-      addTransposed(scaled, 1, right);
+      addTransposed(ds, 1, right);
       dx = factor_.solve(right);
-      ds = asCones(rows_.times(dx)) + share * apart;
+      ds = asPoints(rows_.times(dx)) + share * apart;
       for (Index i = 0; i < n; ++i) {
-        const Scaling& scale = w[static_cast<std::size_t>(i)];
-        dz.col(i) = scale.inverseTimes(target.col(i) - scale.inverseTimes(ds.col(i)));
+        dz.col(i) = wished.col(i) - w[static_cast<std::size_t>(i)].inverseSquareTimes(ds.col(i));
       }
     };
     const auto longest = [&] {
-      double t = std::numeric_limits<double>::infinity();
+      double t = 1 / kToBorder;
       for (Index i = 0; i < n; ++i) {
-        t = std::min({t, toBorder(s_.col(i), ds.col(i)), toBorder(z_.col(i), dz.col(i))});
+        t = toBorder(s_.col(i), atRest(ds.col(i)), t);
+        t = toBorder(z_.col(i), dz.col(i), t);
       }
       return t;
     };
-    for (Index i = 0; i < n; ++i) target.col(i) = -jordan(lambda.col(i), lambda.col(i));
     solve(1);
     const double reach = std::min(1.0, longest());
     const double sigma = std::pow(1 - reach, 3), mean = result.gap / static_cast<double>(n);
     for (Index i = 0; i < n; ++i) {
       const Scaling& scale = w[static_cast<std::size_t>(i)];
-      target.col(i) =
-          -jordan(lambda.col(i), lambda.col(i)) - jordan(scale.inverseTimes(ds.col(i)), scale.times(dz.col(i)));
-      target(0, i) += sigma * mean;
+      // Mehrotra's correction: W^-1 ds times W dz of the step just solved, W dz = -lambda - W^-1 ds.
+      const Cone first = scale.inverseTimes(atRest(ds.col(i)));
+      Cone correction = jordan(first, -lambda.col(i) - first);
+      correction[0] -= sigma * mean;
+      wished.col(i) = -z_.col(i) - scale.inverseTimes(jordanDivide(correction, lambda.col(i)));
     }
     solve(1 - sigma);
-    const double t = std::min(1.0, kToBorder * longest());
+    const double t = kToBorder * longest();
     if (!(t > 1e-8) || !dx.allFinite()) return result;
     x_ += t * dx;
     ax = p_.hessian->times(x_);
-    s_ += t * ds;
+    s_.bottomRows<3>() += t * ds;
     z_ += t * dz;
     residualLeft *= 1 - t * (1 - sigma);
   }
