@@ -69,40 +69,39 @@ Cone jordanDivide(const Cone& d, const Cone& a) {
   return x;
 }
 
-// Nesterov and Todd's scaling of one cone: W = beta (2 v v^T - J), W z = W^-1 s.
+// Nesterov and Todd's scaling of one cone, W z = W^-1 s:
+// W = beta [w0, w1^T; w1, I + w1 w1^T / (1 + w0)], w0^2 - |w1|^2 = 1.
 struct Scaling {
-  Cone v, w;
-  double beta = 1;
+  Cone w;
+  double beta = 1, inverse = 1, share = 0;  // inverse = 1 / beta, share = 1 / (1 + w0)
 
   Scaling(const Cone& s, const Cone& z) {
     const double ss = std::sqrt(coneProduct(s, s)), zz = std::sqrt(coneProduct(z, z));
-    const Cone sn = s / ss, zn = z / zz;
-    const double gamma = std::sqrt((1 + sn.dot(zn)) / 2);
-    w = sn;
-    w[0] += zn[0];
-    w.tail<3>() -= zn.tail<3>();
-    w /= 2 * gamma;
-    v = w;
-    v[0] += 1;
-    v /= std::sqrt(2 * (w[0] + 1));
+    Cone mirrored = -z;
+    mirrored[0] = z[0];
+    const double inner = s.dot(z), both = ss * zz;
+    w = (zz * s + ss * mirrored) / std::sqrt(2 * both * (both + inner));
     beta = std::sqrt(ss / zz);
+    inverse = 1 / beta;
+    share = 1 / (1 + w[0]);
   }
   Cone times(const Cone& x) const {
-    Cone y = 2 * v.dot(x) * v;
-    y[0] -= x[0];
-    y.tail<3>() += x.tail<3>();
-    return beta * y;
+    const double along = w.tail<3>().dot(x.tail<3>());
+    Cone y;
+    y[0] = beta * (w[0] * x[0] + along);
+    y.tail<3>() = beta * (x.tail<3>() + (x[0] + share * along) * w.tail<3>());
+    return y;
   }
   Cone inverseTimes(const Cone& x) const {
-    const double along = 2 * (v[0] * x[0] - v.tail<3>().dot(x.tail<3>()));
+    const double along = w.tail<3>().dot(x.tail<3>());
     Cone y;
-    y[0] = (along * v[0] - x[0]) / beta;
-    y.tail<3>() = (x.tail<3>() - along * v.tail<3>()) / beta;
+    y[0] = inverse * (w[0] * x[0] - along);
+    y.tail<3>() = inverse * (x.tail<3>() + (share * along - x[0]) * w.tail<3>());
     return y;
   }
   // W^-2 times (0, x).
   Cone inverseSquareTimes(const Eigen::Vector3d& x) const {
-    const double along = 2 * w.tail<3>().dot(x), scale = 1 / (beta * beta);
+    const double along = 2 * w.tail<3>().dot(x), scale = inverse * inverse;
     Cone y;
     y[0] = -scale * along * w[0];
     y.tail<3>() = scale * (along * w.tail<3>() + x);
@@ -110,7 +109,7 @@ struct Scaling {
   }
   // The block of W^-2 that belongs to the last three.
   Eigen::Matrix3d inverseSquare() const {
-    return (2 * w.tail<3>() * w.tail<3>().transpose() + Eigen::Matrix3d::Identity()) / (beta * beta);
+    return inverse * inverse * (2 * w.tail<3>() * w.tail<3>().transpose() + Eigen::Matrix3d::Identity());
   }
 };
 
@@ -211,6 +210,12 @@ HullResult InteriorPoints::run(const HullOptions& options) {
   const Index n = rows_.count();
   double residualLeft = 1;
   Eigen::VectorXd ax = p_.hessian->times(x_);
+  // Of one iteration; out here so that memory is not fetched anew in each.
+  std::vector<Scaling> w;
+  w.reserve(static_cast<std::size_t>(n));
+  Cones lambda(4, n), wished(4, n), dz(4, n);
+  Eigen::Matrix3Xd ds(3, n), apart(3, n);
+  Eigen::VectorXd residual, dx;
   while (true) {
     result.gap = s_.cwiseProduct(z_).sum();
     result.value = x_.dot(0.5 * ax + p_.linear);
@@ -219,9 +224,7 @@ HullResult InteriorPoints::run(const HullOptions& options) {
       return result;
     }
     if (result.factors >= options.maxFactors) return result;
-    std::vector<Scaling> w;
-    w.reserve(static_cast<std::size_t>(n));
-    Cones lambda(4, n);
+    w.clear();
     for (Index i = 0; i < n; ++i) {
       w.emplace_back(s_.col(i), z_.col(i));
       lambda.col(i) = w.back().times(z_.col(i));
@@ -229,14 +232,12 @@ HullResult InteriorPoints::run(const HullOptions& options) {
     ++result.factors;
     if (!lambda.allFinite() || !factorNewton(w)) return result;
     // The stationarity A x + b - R^T z = 0, and s = (radius, R x + offset).
-    Eigen::VectorXd residual = ax + p_.linear;
+    residual = ax + p_.linear;
     addTransposed(z_.bottomRows<3>(), -1, residual);
-    const Eigen::Matrix3Xd apart = asPoints(p_.sums(x_)) - s_.bottomRows<3>();
+    apart = asPoints(p_.sums(x_)) - s_.bottomRows<3>();
 
     // Complementarity as dz = wished - W^-2 ds. The first entry of ds is zero, the radius stays.
-    Cones wished = -z_, dz(4, n);
-    Eigen::Matrix3Xd ds(3, n);
-    Eigen::VectorXd dx;
+    wished = -z_;
     const auto solve = [&](double share) {
       for (Index i = 0; i < n; ++i) {
         const Scaling& scale = w[static_cast<std::size_t>(i)];

@@ -15,7 +15,7 @@ using Eigen::Index;
 
 namespace {
 
-constexpr std::size_t kLeaf = 24;      // points that are no longer dissected
+constexpr std::size_t kLeaf = 12;      // points that are no longer dissected
 constexpr Index kParallelBelow = 600;  // subtrees of fewer points are one task
 
 struct Entry {
