@@ -160,12 +160,13 @@ Eigen::MatrixXd basisAt(const Curve& curve, Index span, double u) {
 
 // Derivatives of the basis by the unknowns instead of the control points first, first + 1, ...
 struct Reduced {
-  std::vector<Index> points;
+  std::vector<int> points;
   std::vector<std::pair<Index, std::pair<Index, double>>> entries;  // (function, (column, coefficient))
 
   Reduced(const PointMap& map, const std::vector<Index>& controlPoints) {
     for (const Index i : controlPoints) {
-      for (const auto& [unknown, factor] : map.rows[static_cast<std::size_t>(i)]) points.push_back(unknown);
+      for (const auto& [unknown, factor] : map.rows[static_cast<std::size_t>(i)])
+        points.push_back(static_cast<int>(unknown));
     }
     std::sort(points.begin(), points.end());
     points.erase(std::unique(points.begin(), points.end()), points.end());
@@ -198,10 +199,12 @@ Eigen::Matrix3d jetOf(const Eigen::MatrixXd& threeRows, const Net& points) {
 
 }  // namespace
 
-Net PointMap::apply(const Points& y) const {
-  Net result = Net::Zero(static_cast<Index>(rows.size()), y.cols());
+Net PointMap::apply(const Eigen::VectorXd& y) const {
+  Net result = Net::Zero(static_cast<Index>(rows.size()), 3);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    for (const auto& [unknown, factor] : rows[i]) result.row(static_cast<Index>(i)) += factor * y.row(unknown);
+    for (const auto& [unknown, factor] : rows[i]) {
+      result.row(static_cast<Index>(i)) += factor * y.segment<3>(3 * unknown).transpose();
+    }
   }
   return result;
 }
@@ -285,22 +288,22 @@ void CurveEnergy::addJump(const Curve& reference, const PointMap& map, Index lef
   elements_.push_back(std::move(element));
 }
 
-std::vector<std::vector<Index>> CurveEnergy::cliques() const {
-  std::vector<std::vector<Index>> result;
+std::vector<std::vector<int>> CurveEnergy::cliques() const {
+  std::vector<std::vector<int>> result;
   for (const Element& element : elements_) result.push_back(element.points);
   return result;
 }
 
-Eigen::Matrix3d CurveEnergy::jetAt(const Element& element, const Place& place, const Points& y) const {
+Eigen::Matrix3d CurveEnergy::jetAt(const Element& element, const Place& place, const Eigen::VectorXd& y) {
   Eigen::Matrix3d jet = place.jet;
   for (std::size_t k = 0; k < element.points.size(); ++k) {
-    jet.leftCols(dimension_) += place.basis.col(static_cast<Index>(k)) * y.row(element.points[k]);
+    jet += place.basis.col(static_cast<Index>(k)) * y.segment<3>(3 * element.points[k]).transpose();
   }
   return jet;
 }
 
 template <int Dim>
-CurveEnergyValues CurveEnergy::valuesIn(const Points& y) const {
+CurveEnergyValues CurveEnergy::valuesIn(const Eigen::VectorXd& y) const {
   CurveEnergyValues sum;
   for (const Element& element : elements_) {
     for (std::size_t q = 0; q < element.places.size(); ++q) {
@@ -334,29 +337,37 @@ CurveEnergyValues CurveEnergy::valuesIn(const Points& y) const {
   return sum;
 }
 
-CurveEnergyValues CurveEnergy::values(const Points& y) const {
+CurveEnergyValues CurveEnergy::values(const Eigen::VectorXd& y) const {
   return dimension_ == 2 ? valuesIn<2>(y) : valuesIn<3>(y);
 }
 
 template <int Dim>
-void CurveEnergy::linearizeIn(const Points& y, const CurveEnergyValues& weights, PointMatrix& h,
-                              Points& gradient) const {
+void CurveEnergy::linearizeIn(const Eigen::VectorXd& y, const CurveEnergyValues& weights, BlockMatrix& h,
+                              Eigen::VectorXd& gradient) const {
   constexpr int kVariables = 3 * Dim;
   using D = Dual<kVariables>;
   using Matrix = Eigen::Matrix<double, kVariables, kVariables>;
   using Vector = Eigen::Matrix<double, kVariables, 1>;
+  using Block = Eigen::Matrix<double, Dim, Dim>;
   h.setZero();
-  gradient = Points::Zero(h.points(), Dim);
+  gradient = Eigen::VectorXd::Zero(3 * h.size());
   Matrix outer;
   Vector slant;
   const auto add = [&](double weight, const D& residual) {
     outer.noalias() += (2 * weight) * residual.d * residual.d.transpose();
     slant += (2 * weight * residual.v) * residual.d;
   };
+  std::vector<double*> blocks;  // of the element's pairs, row by row of the lower triangle
   for (const Element& element : elements_) {
     const auto count = static_cast<Index>(element.points.size());
     if (count == 0) continue;
-    Eigen::MatrixXd block = Eigen::MatrixXd::Zero(count * Dim, count * Dim);
+    blocks.clear();
+    for (Index i = 0; i < count; ++i) {
+      for (Index j = 0; j <= i; ++j) {
+        blocks.push_back(
+            h.block(element.points[static_cast<std::size_t>(i)], element.points[static_cast<std::size_t>(j)]));
+      }
+    }
     for (std::size_t q = 0; q < element.places.size(); ++q) {
       const Place& place = element.places[q];
       const Eigen::Matrix3d full = jetAt(element, place, y);
@@ -386,34 +397,38 @@ void CurveEnergy::linearizeIn(const Points& y, const CurveEnergyValues& weights,
           if (wrong.v > 0) add(weights.wrongWay * place.weight * place.speed, wrong);
         }
       }
-      // Derivative k of point i contributes basis(k, i): chain rule in both arguments.
-      Eigen::Matrix<double, kVariables, Eigen::Dynamic> chain =
-          Eigen::Matrix<double, kVariables, Eigen::Dynamic>::Zero(kVariables, count * Dim);
-      for (Index i = 0; i < count; ++i) {
+      // Derivative r of point i contributes basis(r, i): chain rule in both arguments.
+      for (Index j = 0; j < count; ++j) {
+        std::array<Block, 3> half;
         for (int r = 0; r < 3; ++r) {
-          for (int c = 0; c < Dim; ++c) chain(r * Dim + c, i * Dim + c) = place.basis(r, i);
+          half[static_cast<std::size_t>(r)] = place.basis(0, j) * outer.template block<Dim, Dim>(r * Dim, 0) +
+                                              place.basis(1, j) * outer.template block<Dim, Dim>(r * Dim, Dim) +
+                                              place.basis(2, j) * outer.template block<Dim, Dim>(r * Dim, 2 * Dim);
         }
-      }
-      block.noalias() += chain.transpose() * (outer * chain);
-      const Eigen::VectorXd part = chain.transpose() * slant;
-      for (Index i = 0; i < count; ++i) {
-        gradient.row(element.points[static_cast<std::size_t>(i)]) += part.segment(i * Dim, Dim).transpose();
-      }
-    }
-    for (Index i = 0; i < count; ++i) {
-      for (Index j = 0; j <= i; ++j) {
-        h.add(element.points[static_cast<std::size_t>(i)], element.points[static_cast<std::size_t>(j)],
-              block.block(i * Dim, j * Dim, Dim, Dim));
+        for (Index i = j; i < count; ++i) {
+          Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
+              blocks[static_cast<std::size_t>(i * (i + 1) / 2 + j)])
+              .template topLeftCorner<Dim, Dim>() +=
+              place.basis(0, i) * half[0] + place.basis(1, i) * half[1] + place.basis(2, i) * half[2];
+        }
+        gradient.segment<Dim>(3 * element.points[static_cast<std::size_t>(j)]) +=
+            place.basis(0, j) * slant.template segment<Dim>(0) + place.basis(1, j) * slant.template segment<Dim>(Dim) +
+            place.basis(2, j) * slant.template segment<Dim>(2 * Dim);
       }
     }
   }
 }
 
-void CurveEnergy::linearize(const Points& y, const CurveEnergyValues& weights, PointMatrix& h, Points& gradient) const {
-  if (dimension_ == 2) {
-    linearizeIn<2>(y, weights, h, gradient);
-  } else {
+void CurveEnergy::linearize(const Eigen::VectorXd& y, const CurveEnergyValues& weights, BlockMatrix& h,
+                            Eigen::VectorXd& gradient) const {
+  if (dimension_ == 3) {
     linearizeIn<3>(y, weights, h, gradient);
+    return;
+  }
+  linearizeIn<2>(y, weights, h, gradient);
+  for (int i = 0; i < static_cast<int>(h.size()); ++i) {
+    double* diagonal = h.block(i, i);
+    diagonal[8] = (diagonal[0] + diagonal[4]) / 2;
   }
 }
 

@@ -12,8 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "strak/solve/point_matrix.h"
-#include "strak/solve/tube_minimizer.h"
+#include "strak/solve/block_matrix.h"
 #include "strak/spline/spline.h"
 
 namespace strak {
@@ -24,7 +23,8 @@ struct PointMap {
   Index unknowns = 0;
   std::vector<std::vector<std::pair<Index, double>>> rows;
 
-  Net apply(const Points& y) const;
+  // `y`: three numbers an unknown; a row of three a control point.
+  Net apply(const Eigen::VectorXd& y) const;
 };
 
 struct CurveEnergyValues {
@@ -38,11 +38,12 @@ class CurveEnergy {
  public:
   // Functionals of curves that differ from `reference` in the places of their control points (weights stay), in the
   // unknowns of `map`. Throws InvalidInput unless the curve lies in the plane or in space and has a degree of at
-  // least 2. `closed`: the ends meet, and a jump of curvature there counts too.
+  // least 2. `closed`: the ends meet, and a jump of curvature there counts too. Displacements `y` have three numbers an
+  // unknown; a curve of the plane takes no notice of the third.
   CurveEnergy(const Curve& reference, const PointMap& map, bool closed);
 
-  // The points of the pattern of H: for a PointMatrix.
-  std::vector<std::vector<Index>> cliques() const;
+  // The unknowns that each element couples, for patternOfCliques.
+  std::vector<std::vector<int>> cliques() const;
   int dimension() const { return dimension_; }
   double length() const { return length_; }                              // of the reference
   const std::vector<double>& parameters() const { return parameters_; }  // of the quadrature, ascending
@@ -51,33 +52,36 @@ class CurveEnergy {
   void prescribe(std::vector<int> signs) { signs_ = std::move(signs); }
 
   // Of the reference displaced by `y`; infinite where the curve stands still.
-  CurveEnergyValues values(const Points& y) const;
+  CurveEnergyValues values(const Eigen::VectorXd& y) const;
 
-  // Adds up H = 2 J'J and the gradient of sum of weight * functional at `y`.
-  void linearize(const Points& y, const CurveEnergyValues& weights, PointMatrix& h, Points& gradient) const;
+  // H = 2 J'J and the gradient of sum of weight * functional at `y`. In the plane the third coordinates are on their
+  // own, each as stiff as its point's other two in the mean, with gradient zero.
+  void linearize(const Eigen::VectorXd& y, const CurveEnergyValues& weights, BlockMatrix& h,
+                 Eigen::VectorXd& gradient) const;
 
  private:
   struct Place {
     double weight = 0;      // of the quadrature, in the parameter
     Eigen::MatrixXd basis;  // three rows: first to third derivative (of a jump: first, second left, second right)
     Eigen::Matrix3d jet =
-        Eigen::Matrix3d::Zero();  // the same of the reference, a row each (two columns used in the plane)
+        Eigen::Matrix3d::Zero();  // the same of the reference, a row each (the third column zero in the plane)
     // d eta / ds = slide . X'' + slideChange . X'
     Eigen::Vector3d slide = Eigen::Vector3d::Zero(), slideChange = Eigen::Vector3d::Zero();
     double speed = 0, scale = 0;  // |X'| and k0^2 + 1 / L^2 of the reference
   };
   struct Element {
-    std::vector<Index> points;
+    std::vector<int> points;  // ascending
     std::vector<Place> places;
     std::size_t first = 0;  // number of its first place among all
     bool jump = false;
   };
 
   template <int Dim>
-  CurveEnergyValues valuesIn(const Points& y) const;
+  CurveEnergyValues valuesIn(const Eigen::VectorXd& y) const;
   template <int Dim>
-  void linearizeIn(const Points& y, const CurveEnergyValues& weights, PointMatrix& h, Points& gradient) const;
-  Eigen::Matrix3d jetAt(const Element& element, const Place& place, const Points& y) const;
+  void linearizeIn(const Eigen::VectorXd& y, const CurveEnergyValues& weights, BlockMatrix& h,
+                   Eigen::VectorXd& gradient) const;
+  static Eigen::Matrix3d jetAt(const Element& element, const Place& place, const Eigen::VectorXd& y);
   void addJump(const Curve& reference, const PointMap& map, Index left, Index right);
 
   int dimension_ = 2;

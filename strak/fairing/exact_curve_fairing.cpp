@@ -3,70 +3,38 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <optional>
 
 #include "strak/base/cpu_time.h"
 #include "strak/base/error.h"
 #include "strak/energy/curve_energy.h"
+#include "strak/fairing/hull_rows.h"
 #include "strak/fairing/plan_curve.h"
 #include "strak/metrology/fairness.h"
 #include "strak/metrology/plane_of_points.h"
-#include "strak/solve/tube_minimizer.h"
-#include "strak/spline/knot_insertion.h"
+#include "strak/solve/hull_minimizer.h"
 
 namespace strak {
 
 namespace {
 
-constexpr double kTheta = 0.05;     // weight of log bending against log variation
-constexpr double kSliding = 1e-3;   // weight of uneven speed
-constexpr double kRadius = 0.9998;  // of the tolerance: room for the width of the certificate
-constexpr double kInnerGap = 1e-8;  // of the merit, a sum of logarithms
-constexpr int kPatience = 4;        // tenfold penalties without effect before a number of extrema is given up
-constexpr int kHalvings = 2;        // of the spans of the difference
+constexpr double kTheta = 0.05;       // weight of log bending against log variation
+constexpr double kSliding = 1e-3;     // weight of uneven speed
+constexpr double kRadius = 0.9998;    // of the tolerance: room for the width of the certificate
+constexpr double kInnerShare = 1e-4;  // of a step's decrease: how sharply the next one is solved,
+constexpr double kFinest = 1e-9;      // at most
+constexpr double kCoarsest = 1e-6;    // and at least; parts of what the merit may fall
+constexpr double kFirstGap = 10;      // likewise
+constexpr int kPatience = 4;          // tenfold penalties without effect before a number of extrema is given up
+constexpr int kHalvings = 2;          // of the spans of the difference
 
 CurveFigures figuresOf(const Curve& curve) {
   FairnessOptions accurate;
   accurate.relativeError = 1e-6;
   const CurveFairness fairness = curveFairness(curve, accurate);
   return {fairness.length, fairness.bending, fairness.curvatureVariation, countCurvatureExtrema(curve)};
-}
-
-// The displacements of the refined difference, row by row, in the unknowns.
-std::vector<TubeRow> tubeRows(const Curve& curve, const PointMap& map, int halvings) {
-  const KnotVector& knots = curve.knots(0);
-  std::vector<double> more;
-  const int parts = 1 << halvings;
-  for (const Index s : knots.spans()) {
-    for (int k = 1; k < parts; ++k) more.push_back(std::lerp(knots[s], knots[s + 1], static_cast<double>(k) / parts));
-  }
-  const Eigen::SparseMatrix<double, Eigen::RowMajor> refinement = refinementMatrix(knots, withKnots(knots, more));
-  const Eigen::VectorXd weights = curve.isRational() ? Eigen::VectorXd(curve.net().col(curve.net().cols() - 1))
-                                                     : Eigen::VectorXd::Ones(curve.net().rows());
-  const Eigen::VectorXd refined = refinement * weights;
-  std::vector<TubeRow> rows;
-  for (Index r = 0; r < refinement.rows(); ++r) {
-    std::vector<std::pair<Index, double>> entries;
-    for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(refinement, r); it; ++it) {
-      const double factor = it.value() * weights[it.col()] / refined[r];
-      for (const auto& [unknown, part] : map.rows[static_cast<std::size_t>(it.col())]) {
-        entries.push_back({unknown, factor * part});
-      }
-    }
-    std::sort(entries.begin(), entries.end());
-    TubeRow row;
-    for (const auto& [unknown, factor] : entries) {
-      if (!row.points.empty() && row.points.back() == unknown) {
-        row.coefficients.back() += factor;
-      } else {
-        row.points.push_back(unknown);
-        row.coefficients.push_back(factor);
-      }
-    }
-    if (!row.points.empty()) rows.push_back(std::move(row));
-  }
-  return rows;
 }
 
 Curve displaced(const Curve& curve, const Net& displacement) {
@@ -98,7 +66,7 @@ class Fairer {
         map_(unknownsOf(curve, options.held, options.seamContinuity)),
         energy_(curve, map_, options.seamContinuity >= 0 && options.seamContinuity < 2),
         before_(figuresOf(curve)),
-        start_(energy_.values(Points::Zero(map_.unknowns, energy_.dimension()))) {
+        start_(energy_.values(origin())) {
     if (!std::isfinite(start_.bending + start_.variation)) {
       throw InvalidInput(
           "the curve stands still somewhere (its derivative vanishes): it has no curvature to make fair");
@@ -108,7 +76,10 @@ class Fairer {
   Index unknowns() const { return map_.unknowns; }
   const CurveFigures& before() const { return before_; }
   Index steps() const { return steps_; }
-  Net displacement(const Points& y) const { return map_.apply(y); }
+  // No displacement; displacements have three numbers an unknown, in the plane the third is zero.
+  Eigen::VectorXd origin() const { return Eigen::VectorXd::Zero(3 * map_.unknowns); }
+  // A row a control point.
+  Net displacement(const Eigen::VectorXd& y) const { return map_.apply(y).leftCols(energy_.dimension()); }
 
   // Straight lines and circles have nothing to gain.
   bool isPerfect() const {
@@ -117,18 +88,18 @@ class Fairer {
   }
 
   struct Outcome {
-    Points y;
+    Eigen::VectorXd y;
     CurveFigures figures;
     StopReason stop = StopReason::gain;
   };
 
   // Gauss-Newton from `from`. With `wrongWay` > 0 the prescribed signs count.
-  Outcome descend(const Points& from, double wrongWay, Index maxSteps) {
-    if (!tube_) prepare();
+  Outcome descend(const Eigen::VectorXd& from, double wrongWay, Index maxSteps) {
+    if (!factor_) prepare();
     Outcome best{from, figuresAt(from), StopReason::steps};
-    Points y = from;
+    Eigen::VectorXd y = from;
     CurveEnergyValues values = energy_.values(y);
-    double damping = 1e-6, theta = kTheta;
+    double damping = 1e-6, theta = kTheta, accuracy = kCoarsest;
     int quiet = 0, turns = 0;
     for (Index step = 0; step < maxSteps; ++step) {
       if (!options_.progress.report(-1, "fairing a curve")) {
@@ -137,27 +108,32 @@ class Fairer {
       }
       const CurveEnergyValues weights{theta / values.bending, 1 / values.variation, kSliding * energy_.length(),
                                       wrongWay / energy_.length()};
-      Points gradient;
-      energy_.linearize(y, weights, *h_, gradient);
-      const Eigen::VectorXd diagonal = h_->meanDiagonal();
+      BlockMatrix undamped(pattern_);
+      Eigen::VectorXd gradient;
+      energy_.linearize(y, weights, undamped, gradient);
+      const Eigen::VectorXd diagonal = undamped.pointDiagonal();
       const double floor = 1e-15 * diagonal.maxCoeff();
-      const PointMatrix undamped = *h_;
+      // What the merit may fall, logarithms and a penalty.
+      const double scale = 1 + wrongWay / energy_.length() * values.wrongWay;
       bool moved = false, blocked = false;
       for (int attempt = 0; attempt < 12 && !moved; ++attempt) {
-        *h_ = undamped;
-        h_->addToDiagonal((damping * diagonal).array() + floor);
-        const auto inner = tube_->minimize(*h_, gradient, y, kInnerGap);
+        BlockMatrix matrix = undamped;
+        matrix.addDiagonal((damping * diagonal).array() + floor);
+        Eigen::VectorXd inner = y;
+        const HullResult result = minimizeInHull({&matrix, gradient - matrix.times(y), &rows_}, *factor_, inner,
+                                                 {.accuracy = scale * accuracy, .firstGap = scale * kFirstGap});
         ++steps_;
-        if (!inner.solved) {
+        if (!result.solved && inner == y) {
           damping = std::max(1e-10, damping * 10);
           continue;
         }
-        const Points move = inner.y - y;
-        const double predicted = predictedDecrease(undamped, gradient, move);
-        const double reach = largestRow(tube_->rows(), move) / options_.tolerance;
+        inner /= std::max(1.0, rows_.largestRatio(inner));
+        const Eigen::VectorXd move = inner - y;
+        const double predicted = -gradient.dot(move) - move.dot(undamped.times(move)) / 2;
+        const double reach = rows_.largestRatio(move);
         double length = 1;
         for (int cut = 0; cut < 4 && !moved; ++cut, length *= 0.4) {
-          const Points candidate = y + length * move;
+          const Eigen::VectorXd candidate = y + length * move;
           const CurveEnergyValues next = energy_.values(candidate);
           const double decrease = merit(values, theta, wrongWay) - merit(next, theta, wrongWay);
           if (!(decrease >= 0.05 * length * predicted - 1e-12)) continue;
@@ -176,6 +152,7 @@ class Fairer {
           best.y = y;
           best.figures = figures;
           remember(best);
+          accuracy = std::clamp(kInnerShare * decrease, kFinest, kCoarsest);
           const bool still = std::isfinite(options_.tolerance) ? length * reach < 2e-3 : decrease < 1e-7;
           quiet = still || decrease < 1e-9 ? quiet + 1 : 0;
           damping = length == 1 ? damping / 10 : damping;
@@ -228,11 +205,18 @@ class Fairer {
 
  private:
   void prepare() {
-    auto rows = tubeRows(curve_, map_, options_.ballsOnPoints ? 0 : kHalvings);
+    if (std::isfinite(options_.tolerance)) {
+      appendHullRows(curve_, map_, options_.ballsOnPoints ? 0 : kHalvings, kRadius * options_.tolerance, rows_);
+    }
     auto cliques = energy_.cliques();
-    for (const TubeRow& row : rows) cliques.push_back(row.points);
-    h_.emplace(map_.unknowns, energy_.dimension(), cliques);
-    tube_.emplace(std::move(rows), kRadius * options_.tolerance, *h_);
+    for (std::size_t i = 0; i + 1 < rows_.start.size(); ++i) {
+      cliques.emplace_back(rows_.point.begin() + rows_.start[i], rows_.point.begin() + rows_.start[i + 1]);
+    }
+    pattern_ = std::make_shared<const BlockPattern>(patternOfCliques(map_.unknowns, cliques));
+    // Dissected along the curve, which costs what a band would.
+    Eigen::MatrixX3d places = Eigen::MatrixX3d::Zero(map_.unknowns, 3);
+    for (Index i = 0; i < map_.unknowns; ++i) places(i, 0) = static_cast<double>(i);
+    factor_.emplace(pattern_, places);
   }
 
   Outcome finish(Outcome outcome, StopReason reason) const {
@@ -251,11 +235,6 @@ class Fairer {
            wrongWay / energy_.length() * v.wrongWay;
   }
 
-  static double predictedDecrease(const PointMatrix& h, const Points& gradient, const Points& move) {
-    const Eigen::Map<const Eigen::VectorXd> flat(move.data(), move.size());
-    return -gradient.cwiseProduct(move).sum() - flat.dot(h.product(flat)) / 2;
-  }
-
   // Quadrature's own figures first: they are cheap.
   bool allowed(const CurveEnergyValues& v) const {
     constexpr double kSlack = 1e-9;
@@ -268,8 +247,8 @@ class Fairer {
            f.curvatureVariation <= (1 + kSlack) * before_.curvatureVariation;
   }
 
-  Curve curveAt(const Points& y) const { return displaced(curve_, map_.apply(y)); }
-  CurveFigures figuresAt(const Points& y) const { return figuresOf(curveAt(y)); }
+  Curve curveAt(const Eigen::VectorXd& y) const { return displaced(curve_, displacement(y)); }
+  CurveFigures figuresAt(const Eigen::VectorXd& y) const { return figuresOf(curveAt(y)); }
 
   void prescribe(const Curve& curve, Index extrema) {
     const CurvatureProfile profile = mostSignificant(curvatureProfile(curve), extrema);
@@ -285,8 +264,9 @@ class Fairer {
   CurveEnergy energy_;
   CurveFigures before_;
   CurveEnergyValues start_;
-  std::optional<PointMatrix> h_;
-  std::optional<TubeMinimizer> tube_;
+  BallRows rows_;
+  std::shared_ptr<const BlockPattern> pattern_;
+  std::optional<NestedCholesky> factor_;
   std::optional<Outcome> admissible_;
   Index steps_ = 0;
 };
@@ -330,7 +310,7 @@ ExactCurveFairing fairCurveExactly(const Curve& curve, const ExactCurveFairingOp
     summary.stopReason = StopReason::gain;
     result.alreadyFair = true;
   } else {
-    const Points start = Points::Zero(fairer.unknowns(), flat.pointDimension());
+    const Eigen::VectorXd start = fairer.origin();
     auto outcome = fairer.descend(start, 0, options.maxSteps);
     const Index most =
         options.maxExtrema >= 0 ? std::min(options.maxExtrema, result.before.extrema) : result.before.extrema;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "strak/spline/knot_insertion.h"
 #include "strak/spline/rational.h"
@@ -84,6 +85,29 @@ void appendHullRows(const Surface& surface, const std::vector<int>& unknownOf, c
     rows.start.push_back(static_cast<Index>(rows.point.size()));
     rows.radius.push_back(tolerance);
   });
+}
+
+void appendHullRows(const Curve& curve, const PointMap& map, int level, double tolerance, BallRows& rows) {
+  const KnotVector& knots = curve.knots(0);
+  const Fine fine = refined(knots, std::vector<int>(knots.spans().size(), level));
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(knots.size());
+  if (curve.isRational()) weight = weights(curve);
+  const Eigen::VectorXd total = fine.matrix * weight;
+  for (Index i = 0; i < fine.matrix.outerSize(); ++i) {
+    std::map<Index, double> factors;  // of the unknowns; several control points may hang on one
+    for (Rows::InnerIterator a(fine.matrix, i); a; ++a) {
+      for (const auto& [unknown, factor] : map.rows[static_cast<std::size_t>(a.col())]) {
+        factors[unknown] += a.value() * weight[a.col()] / total[i] * factor;
+      }
+    }
+    if (factors.empty()) continue;
+    for (const auto& [unknown, factor] : factors) {
+      rows.point.push_back(static_cast<int>(unknown));
+      rows.weight.push_back(factor);
+    }
+    rows.start.push_back(static_cast<Index>(rows.point.size()));
+    rows.radius.push_back(tolerance);
+  }
 }
 
 bool refineActive(const Surface& surface, const std::vector<int>& unknownOf, const BallRows& rows, Index first,

@@ -1,12 +1,13 @@
 #pragma once
 //
 // A convex quadratic function of points under balls on linear combinations of them: the inner problem of fairing inside
-// a tolerance on the surface, where the combinations are the control points of the refined difference.
+// a tolerance on a surface or a curve, where the combinations are the control points of the refined difference. Points
+// of a plane have a third coordinate that is zero and coupled with nothing; it stays exactly zero.
 //
 // Method: primal-dual interior points with Nesterov and Todd's scaling and Mehrotra's correction, one sparse factor an
 // iteration, from the start pulled into the balls. Source: Vandenberghe, "The CVXOPT linear and quadratic cone
 // program solvers" (2010), sections 4 and 5. An augmented Lagrangian with semismooth Newton steps was tried first: as
-// good where a ball or two are touched, 60 factors and more without an end where hundreds are.
+// good where a ball or two are touched, 60 factors and more (750 on a race track of 1400 points) where hundreds are.
 
 #include "strak/solve/block_matrix.h"
 #include "strak/solve/nested_cholesky.h"

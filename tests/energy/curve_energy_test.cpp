@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <random>
 
@@ -43,7 +44,7 @@ TEST(CurveEnergy, OfACircle) {
       r, 0, 1;
   const Curve circle({KnotVector(2, {0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4})}, net, true);
   const CurveEnergy energy(circle, allFree(9), false);
-  const auto values = energy.values(Points::Zero(9, 2));
+  const auto values = energy.values(Eigen::VectorXd::Zero(27));
   EXPECT_NEAR(energy.length(), 2 * std::numbers::pi * r, 1e-4);
   EXPECT_NEAR(values.bending, 2 * std::numbers::pi / r, 1e-4);
   EXPECT_NEAR(values.variation, 0, 1e-20);
@@ -63,24 +64,45 @@ TEST(CurveEnergy, GradientFitsTheValues) {
         energy.prescribe(signs);
         std::mt19937 random(11);
         std::uniform_real_distribution<double> uniform(-0.02, 0.02);
-        const Points y = Points::NullaryExpr(n, dimension, [&] { return uniform(random); });
+        const Eigen::VectorXd y = Eigen::VectorXd::NullaryExpr(3 * n, [&] { return uniform(random); });
         const CurveEnergyValues weights{0.7, 0.01, 1.3, 0.4};
-        PointMatrix h(n, dimension, energy.cliques());
-        Points gradient;
+        BlockMatrix h(std::make_shared<const BlockPattern>(patternOfCliques(n, energy.cliques())));
+        Eigen::VectorXd gradient;
         energy.linearize(y, weights, h, gradient);
         for (int k = 0; k < 5; ++k) {
-          const Points direction = Points::NullaryExpr(n, dimension, [&] { return 50 * uniform(random); });
+          const Eigen::VectorXd direction = Eigen::VectorXd::NullaryExpr(3 * n, [&] { return 50 * uniform(random); });
           constexpr double kStep = 1e-5;
           const double difference = (total(energy.values(y + kStep * direction), weights) -
                                      total(energy.values(y - kStep * direction), weights)) /
                                     (2 * kStep);
-          const double slope = gradient.cwiseProduct(direction).sum();
+          const double slope = gradient.dot(direction);
           EXPECT_NEAR(slope, difference, 1e-5 * (std::abs(difference) + gradient.norm()));
-          const Eigen::VectorXd flat = Eigen::Map<const Eigen::VectorXd>(direction.data(), direction.size());
-          EXPECT_GE(flat.dot(h.product(flat)), 0);
+          EXPECT_GE(direction.dot(h.times(direction)), 0);
         }
       }
     }
+  }
+}
+
+// In the plane nothing couples the third coordinates with anything.
+TEST(CurveEnergy, LeavesTheThirdCoordinateOfThePlaneAlone) {
+  const Curve curve = sample(3, 6, 2, false, 5);
+  const auto n = static_cast<int>(curve.net().rows());
+  const CurveEnergy energy(curve, allFree(n), false);
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(3 * n), lifted = y;
+  for (int i = 0; i < n; ++i) lifted[3 * i + 2] = 0.1 * i;
+  EXPECT_EQ(energy.values(lifted).variation, energy.values(y).variation);
+  BlockMatrix h(std::make_shared<const BlockPattern>(patternOfCliques(n, energy.cliques())));
+  Eigen::VectorXd gradient;
+  energy.linearize(lifted, {1, 1, 1, 0}, h, gradient);
+  const Eigen::VectorXd diagonal = h.pointDiagonal();
+  const Eigen::VectorXd product = h.times(lifted);
+  for (int i = 0; i < n; ++i) {
+    EXPECT_EQ(gradient[3 * i + 2], 0);
+    EXPECT_GT(diagonal[i], 0);
+    EXPECT_EQ(product[3 * i], 0);
+    EXPECT_EQ(product[3 * i + 1], 0);
+    EXPECT_NEAR(product[3 * i + 2], diagonal[i] * lifted[3 * i + 2], 1e-12 * diagonal[i]);
   }
 }
 

@@ -8,9 +8,11 @@
 #include <random>
 
 #include "strak/base/error.h"
+#include "strak/fairing/hull_rows.h"
 #include "strak/fairing/plan_curve.h"
 #include "strak/metrology/fairness.h"
 #include "strak/spline/evaluate.h"
+#include "strak/spline/knot_insertion.h"
 
 namespace strak {
 namespace {
@@ -54,6 +56,33 @@ ExactCurveFairingOptions within(double tolerance, const Curve& curve, Index rows
   options.tolerance = tolerance;
   options.held = holdStrips<1>(curve, {rows, rows});
   return options;
+}
+
+// The rows are the control points of the difference after knot insertion: on each quarter of a span every point of the
+// difference is a mean of them.
+TEST(ExactCurveFairing, RowsAreTheControlPointsOfTheRefinedDifference) {
+  const Curve curve = noisyArch(12, 0.1, 3);
+  PointMap map{12, {}};
+  for (Index i = 0; i < 12; ++i) map.rows.push_back({{i, 1.0}});
+  const Eigen::VectorXd y = Eigen::VectorXd::Random(36);
+  const Curve difference(curve.knots(), map.apply(y));
+  for (const int level : {0, 2}) {
+    BallRows rows;
+    appendHullRows(curve, map, level, 0.5, rows);
+    std::vector<double> more;
+    for (const Index s : curve.knots(0).spans()) {
+      for (int k = 1; k < 1 << level; ++k) {
+        more.push_back(std::lerp(curve.knots(0)[s], curve.knots(0)[s + 1], k / 4.0));
+      }
+    }
+    const Net expected = insertKnots(difference, 0, more).net();
+    ASSERT_EQ(rows.count(), expected.rows());
+    const Eigen::VectorXd sums = rows.times(y);
+    for (Index i = 0; i < rows.count(); ++i) {
+      EXPECT_LE((sums.segment<3>(3 * i).transpose() - expected.row(i)).norm(), 1e-12);
+      EXPECT_EQ(rows.radius[static_cast<std::size_t>(i)], 0.5);
+    }
+  }
 }
 
 TEST(ExactCurveFairing, NoisyArchBecomesFairInsideTheTolerance) {

@@ -80,6 +80,28 @@ TEST(HullMinimizer, FreeMinimumWhereNoBallIsInTheWay) {
   EXPECT_LT((chain.matrix.times(x) + chain.linear).norm(), 1e-10);
 }
 
+TEST(HullMinimizer, WithoutRowsItSolvesTheEquations) {
+  Chain chain(30);
+  Eigen::VectorXd x = Eigen::VectorXd::Ones(90);
+  const HullResult result = minimizeInHull({&chain.matrix, chain.linear, nullptr}, chain.factor, x);
+  EXPECT_TRUE(result.solved);
+  EXPECT_NEAR(result.value, chain.value(x), 1e-9);
+  EXPECT_LT((chain.matrix.times(x) + chain.linear).norm(), 1e-10);
+}
+
+// Points of a plane, with a third coordinate on its own, stay in it to the bit.
+TEST(HullMinimizer, ThePlaneStaysThePlane) {
+  Chain chain(60, 2);
+  chain.addRows(0.05);
+  for (Index i = 0; i < 60; ++i) chain.linear[3 * i + 2] = 0;
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(180);
+  const HullResult result = chain.minimize(x);
+  EXPECT_TRUE(result.solved);
+  EXPECT_GT(result.factors, 1);
+  EXPECT_GT(x.cwiseAbs().maxCoeff(), 0.01);
+  for (Index i = 0; i < 60; ++i) EXPECT_EQ(x[3 * i + 2], 0);
+}
+
 // The first-order conditions, checked from outside: no feasible point that random search and projection of the gradient
 // find is better than the stated gap allows.
 TEST(HullMinimizer, NothingFeasibleIsBetter) {
