@@ -24,9 +24,10 @@ constexpr double kTheta = 0.05;       // weight of log bending against log varia
 constexpr double kSliding = 1e-3;     // weight of uneven speed
 constexpr double kRadius = 0.9998;    // of the tolerance: room for the width of the certificate
 constexpr double kInnerShare = 1e-4;  // of a step's decrease: how sharply the next one is solved,
-constexpr double kFinest = 1e-9;      // at most
+constexpr double kFinest = 1e-8;      // at most
 constexpr double kCoarsest = 1e-6;    // and at least; parts of what the merit may fall
 constexpr double kFirstGap = 10;      // likewise
+constexpr int kQuiet = 2;             // steps in a row that hardly move anything: the end
 constexpr int kPatience = 4;          // tenfold penalties without effect before a number of extrema is given up
 constexpr int kHalvings = 2;          // of the spans of the difference
 
@@ -154,7 +155,7 @@ class Fairer {
           remember(best);
           accuracy = std::clamp(kInnerShare * decrease, kFinest, kCoarsest);
           const bool still = std::isfinite(options_.tolerance) ? length * reach < 2e-3 : decrease < 1e-7;
-          quiet = still || decrease < 1e-9 ? quiet + 1 : 0;
+          quiet = predicted < kFinest ? kQuiet : still ? quiet + 1 : 0;
           damping = length == 1 ? damping / 10 : damping;
           if (damping < 1e-13) damping = 0;
         }
@@ -169,7 +170,7 @@ class Fairer {
           damping = std::max(1e-10, damping * 30);
         }
       }
-      if (quiet >= 2) return finish(best, StopReason::gain);
+      if (quiet >= kQuiet) return finish(best, StopReason::gain);
       if (!moved && !(blocked && turns < 4)) return finish(best, StopReason::precision);
     }
     return best;

@@ -117,10 +117,10 @@ Cone atRest(const Eigen::Vector3d& x) { return {0, x[0], x[1], x[2]}; }
 
 Eigen::Map<const Eigen::Matrix3Xd> asPoints(const Eigen::VectorXd& x) { return {x.data(), 3, x.size() / 3}; }
 
+inline bool isInside(const Cone& x) { return x[0] > 0 && coneProduct(x, x) > 0; }
+
 // The largest t, at most `most`, with x + t d in the cone; x lies inside.
 double toBorder(const Cone& x, const Cone& d, double most) {
-  const Cone end = x + most * d;
-  if (end[0] > 0 && coneProduct(end, end) > 0) return most;
   const double a = coneProduct(d, d), b = coneProduct(x, d), c = coneProduct(x, x);
   double t = most;
   if (d[0] < 0) t = std::min(t, -x[0] / d[0]);
@@ -254,8 +254,9 @@ HullResult InteriorPoints::run(const HullOptions& options) {
     const auto longest = [&] {
       double t = 1 / kToBorder;
       for (Index i = 0; i < n; ++i) {
-        t = toBorder(s_.col(i), atRest(ds.col(i)), t);
-        t = toBorder(z_.col(i), dz.col(i), t);
+        const Cone moves = atRest(ds.col(i));
+        if (!isInside(s_.col(i) + t * moves)) t = toBorder(s_.col(i), moves, t);
+        if (!isInside(z_.col(i) + t * dz.col(i))) t = toBorder(z_.col(i), dz.col(i), t);
       }
       return t;
     };
