@@ -242,6 +242,17 @@ Eigen::VectorXd NestedCholesky::solve(const Eigen::VectorXd& b) const {
   return result;
 }
 
+Eigen::VectorXd NestedCholesky::factorDiagonal() const {
+  Eigen::VectorXd result(3 * static_cast<Index>(tree_->order.size()));
+  for (const Node& node : tree_->nodes) {
+    for (int k = 0; k < node.count; ++k) {
+      const int point = tree_->order[static_cast<std::size_t>(node.first + k)];
+      for (int c = 0; c < 3; ++c) result[3 * Index{point} + c] = node.factor(3 * k + c, 3 * k + c);
+    }
+  }
+  return result;
+}
+
 Index NestedCholesky::factorSize() const {
   Index sum = 0;
   for (const Node& node : tree_->nodes) {

@@ -31,6 +31,10 @@ class NestedCholesky {
   // A^-1 b, after factor() returned true.
   Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
 
+  // The diagonal of the factor L in the order of the unknowns, after factor() returned true: log det A is twice the sum
+  // of its logarithms.
+  Eigen::VectorXd factorDiagonal() const;
+
   // Numbers in the factor.
   Eigen::Index factorSize() const;
 
