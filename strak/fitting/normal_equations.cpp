@@ -123,7 +123,9 @@ typename NormalEquations<D>::Sums NormalEquations<D>::sums() const {
 
 template <int D>
 FitErrors<D>::FitErrors(const Spline<D>& spline, double tolerance)
-    : sweep_({spline.knots().begin(), spline.knots().end()}, spline.net().cols()), tolerance_(tolerance), sizes_(netSizes<D>(spline.knots())) {
+    : sweep_({spline.knots().begin(), spline.knots().end()}, spline.net().cols()),
+      tolerance_(tolerance),
+      sizes_(netSizes<D>(spline.knots())) {
   const auto& layout = sweep_.layout();
   const Index strips = sweep_.strips(), cells = sweep_.cellsPerStrip(), line = lineLength<D>(sizes_);
   const Index p1 = layout.degree[0] + 1, q1 = layout.degree[1] + 1;
