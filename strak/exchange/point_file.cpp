@@ -1,0 +1,334 @@
+#include "strak/exchange/point_file.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <string_view>
+
+#include "strak/base/error.h"
+
+namespace strak {
+
+namespace {
+
+constexpr std::size_t kHead = std::size_t{1} << 16;   // bytes looked at to find out what the file is
+constexpr std::size_t kBlock = std::size_t{1} << 23;  // bytes parsed at once
+constexpr std::size_t kChunk = std::size_t{1} << 18;  // ... by one task
+constexpr int kSampleLines = 50;
+constexpr std::size_t kShown = 40;  // characters of a line that a message shows
+
+bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+
+std::string_view trimmed(std::string_view line) {
+  while (!line.empty() && isBlank(line.front())) line.remove_prefix(1);
+  while (!line.empty() && isBlank(line.back())) line.remove_suffix(1);
+  return line;
+}
+
+bool isComment(std::string_view line) {
+  return line.empty() || line[0] == '#' || line[0] == '%' || line[0] == '!' || line.starts_with("//");
+}
+
+// Takes the first line off the text.
+std::string_view nextLine(std::string_view& text) {
+  const std::size_t end = std::min(text.find('\n'), text.size());
+  const std::string_view line = text.substr(0, end);
+  text.remove_prefix(std::min(end + 1, text.size()));
+  return line;
+}
+
+// Takes the first word off the line, up to the separator (' ': blanks and tabs). Two separators in a row leave a word
+// empty, which is no number.
+std::optional<std::string_view> nextWord(std::string_view& line, char separator) {
+  while (!line.empty() && isBlank(line.front())) line.remove_prefix(1);
+  if (line.empty()) return std::nullopt;
+  std::size_t end = 0;
+  while (end < line.size() && (separator == ' ' ? !isBlank(line[end]) : line[end] != separator)) ++end;
+  const std::string_view word = trimmed(line.substr(0, end));
+  line.remove_prefix(std::min(end + (separator == ' ' ? 0 : 1), line.size()));
+  return word;
+}
+
+bool parseNumber(std::string_view word, bool decimalComma, double& value) {
+  std::array<char, 64> copy{};
+  if (decimalComma && word.size() < copy.size()) {
+    std::replace_copy(word.begin(), word.end(), copy.begin(), ',', '.');
+    word = {copy.data(), word.size()};
+  }
+  if (!word.empty() && word.front() == '+') word.remove_prefix(1);
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return error == std::errc{} && end == word.data() + word.size() && std::isfinite(value);
+}
+
+// Appends the numbers of a line; false with the offending word if one is none.
+bool parseLine(std::string_view line, char separator, bool decimalComma, std::vector<double>& numbers,
+               std::string_view& offending) {
+  double value = 0;
+  while (const auto word = nextWord(line, separator)) {
+    if (!parseNumber(*word, decimalComma, value)) {
+      offending = *word;
+      return false;
+    }
+    numbers.push_back(value);
+  }
+  return true;
+}
+
+struct Dialect {
+  char separator = ' ';
+  bool decimalComma = false;
+};
+
+// Which of the ways to read numbers makes sense of the most lines; in doubt the first.
+Dialect dialectOf(std::string_view text) {
+  constexpr std::array<Dialect, 5> kDialects{{{' ', false}, {',', false}, {';', false}, {';', true}, {' ', true}}};
+  std::array<int, kDialects.size()> understood{};
+  for (int i = 0; i < kSampleLines && !text.empty();) {
+    const std::string_view line = trimmed(nextLine(text));
+    if (isComment(line)) continue;
+    ++i;
+    for (std::size_t k = 0; k < kDialects.size(); ++k) {
+      std::vector<double> numbers;
+      std::string_view offending;
+      const bool all = parseLine(line, kDialects[k].separator, kDialects[k].decimalComma, numbers, offending);
+      if (all && numbers.size() >= 2) ++understood[k];
+    }
+  }
+  const auto best = std::max_element(understood.begin(), understood.end());
+  return kDialects[static_cast<std::size_t>(best - understood.begin())];
+}
+
+std::string lowered(std::string_view text) {
+  std::string result(text);
+  std::transform(result.begin(), result.end(), result.begin(), [](unsigned char c) { return std::tolower(c); });
+  return result;
+}
+
+// A name without quotes, units and marks: "X [mm]" is x.
+std::string plainName(std::string_view word) {
+  std::string name;
+  for (char c : lowered(word)) {
+    if (c == '[' || c == '(') break;
+    if (std::isalnum(static_cast<unsigned char>(c)) || c == '_') name += c;
+  }
+  while (!name.empty() && name.back() == '_') name.pop_back();
+  return name;
+}
+
+std::vector<std::string> namesOf(std::string_view line, char separator) {
+  while (!line.empty() && (line.front() == '#' || line.front() == '%' || line.front() == '/')) line.remove_prefix(1);
+  std::vector<std::string> names;
+  while (const auto word = nextWord(line, separator)) {
+    std::string name = plainName(*word);
+    if (!name.empty()) names.push_back(std::move(name));
+  }
+  return names;
+}
+
+}  // namespace
+
+PointFile::PointFile(std::filesystem::path path) : path_(std::move(path)) { readHead(); }
+
+void PointFile::readHead() {
+  std::error_code error;
+  if (std::filesystem::is_directory(path_, error)) {
+    throw InvalidInput(fmt::format("'{}' is a folder: give a file of points", path_.string()));
+  }
+  std::ifstream in(path_, std::ios::binary);
+  if (!in) throw InvalidInput(fmt::format("cannot read '{}': check the name and the permissions", path_.string()));
+  bytes_ = std::filesystem::file_size(path_, error);
+  std::string head(kHead, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  if (head.find_first_not_of(" \t\r\n") == head.npos) {
+    throw InvalidInput(fmt::format("'{}' is empty: give a file with a row of numbers a point", path_.string()));
+  }
+  if (head.find('\0') != head.npos) {
+    throw InvalidInput(fmt::format("'{}' is not a text file: convert the points to text", path_.string()));
+  }
+  if (lowered(trimmed(head).substr(0, 5)) == "ncols") return readGridHead(head);
+
+  const Dialect dialect = dialectOf(head);
+  separator_ = dialect.separator;
+  decimalComma_ = dialect.decimalComma;
+  std::string_view text = head, before;
+  Index line = 0;
+  while (!text.empty()) {
+    const auto at = static_cast<std::uintmax_t>(text.data() - head.data());
+    const std::string_view content = trimmed(nextLine(text));
+    ++line;
+    std::vector<double> numbers;
+    std::string_view offending;
+    const bool row =
+        !isComment(content) && parseLine(content, separator_, decimalComma_, numbers, offending) && numbers.size() >= 2;
+    if (!row) {
+      // Column names may stand in a comment; the last line before the numbers counts.
+      if (!content.empty()) before = content;
+      continue;
+    }
+    columns_ = static_cast<Index>(numbers.size());
+    headLines_ = line - 1;
+    headBytes_ = at;
+    names_ = namesOf(before, separator_);
+    if (static_cast<Index>(names_.size()) != columns_) names_.clear();
+    return;
+  }
+  throw InvalidInput(fmt::format("'{}' holds no row of two or more numbers: give a point a line", path_.string()));
+}
+
+void PointFile::readGridHead(const std::string& head) {
+  grid_ = true;
+  columns_ = 3;
+  std::string_view text = head;
+  bool corner = true;
+  while (!text.empty()) {
+    const auto at = static_cast<std::uintmax_t>(text.data() - head.data());
+    std::string_view line = trimmed(nextLine(text));
+    const auto word = nextWord(line, ' ');
+    double value = 0;
+    if (!word || std::isalpha(static_cast<unsigned char>(word->front())) == 0) {
+      headBytes_ = at;
+      break;
+    }
+    ++headLines_;
+    const std::string name = lowered(*word);
+    const auto number = nextWord(line, ' ');
+    if (!number || !parseNumber(*number, false, value)) {
+      throw InvalidInput(fmt::format("'{}', line {}: '{}' needs a number", path_.string(), headLines_, name));
+    }
+    if (name == "ncols") gridColumns_ = static_cast<Index>(value);
+    if (name == "nrows") gridRows_ = static_cast<Index>(value);
+    if (name == "xllcorner" || name == "xllcenter") left_ = value;
+    if (name == "yllcorner" || name == "yllcenter") bottom_ = value;
+    if (name == "xllcenter") corner = false;
+    if (name == "cellsize") cell_ = value;
+    if (name == "nodata_value") missing_ = value;
+  }
+  if (gridColumns_ < 1 || gridRows_ < 1 || !(cell_ > 0)) {
+    throw InvalidInput(fmt::format("'{}': a grid needs ncols, nrows and cellsize above zero", path_.string()));
+  }
+  if (corner) {
+    left_ += cell_ / 2;
+    bottom_ += cell_ / 2;
+  }
+}
+
+Index PointFile::columnNamed(const std::string& name) const {
+  const auto place = std::find(names_.begin(), names_.end(), name);
+  return place == names_.end() ? -1 : place - names_.begin();
+}
+
+void PointFile::forEachBlock(const std::function<void(const Net&)>& visit) const {
+  std::ifstream in(path_, std::ios::binary);
+  if (!in) throw InvalidInput(fmt::format("cannot read '{}': check the name and the permissions", path_.string()));
+  in.seekg(static_cast<std::streamoff>(headBytes_));
+  Index linesBefore = headLines_;
+  Index gridPlace = 0;
+  std::string buffer;
+  struct Chunk {
+    std::string_view text;
+    std::vector<double> numbers;
+    Index lines = 0, badLine = -1;
+    std::string problem;
+  };
+  bool more = true;
+  while (more) {
+    const std::size_t kept = buffer.size();
+    buffer.resize(kept + kBlock);
+    in.read(buffer.data() + kept, static_cast<std::streamsize>(kBlock));
+    const auto got = static_cast<std::size_t>(in.gcount());
+    buffer.resize(kept + got);
+    more = got == kBlock;
+    // Whole lines only; the rest waits for the next block.
+    const std::size_t end = more ? buffer.rfind('\n') + 1 : buffer.size();
+    if (end == 0 && more) continue;
+    std::vector<Chunk> chunks;
+    for (std::size_t begin = 0; begin < end;) {
+      std::size_t stop = std::min(begin + kChunk, end);
+      if (stop < end) stop = std::min(buffer.find('\n', stop) + 1, end);
+      chunks.push_back({std::string_view(buffer).substr(begin, stop - begin), {}, 0, -1, {}});
+      begin = stop;
+    }
+    tbb::parallel_for(std::size_t{0}, chunks.size(), [&](std::size_t k) {
+      Chunk& chunk = chunks[k];
+      std::string_view text = chunk.text;
+      while (!text.empty()) {
+        const std::string_view line = trimmed(nextLine(text));
+        ++chunk.lines;
+        if (isComment(line)) continue;
+        const std::size_t before = chunk.numbers.size();
+        std::string_view offending;
+        if (!parseLine(line, separator_, decimalComma_, chunk.numbers, offending)) {
+          chunk.problem = fmt::format("'{}' is not a number", offending.substr(0, kShown));
+        } else if (!grid_ && static_cast<Index>(chunk.numbers.size() - before) != columns_) {
+          chunk.problem =
+              fmt::format("{} numbers, where the first row has {}", chunk.numbers.size() - before, columns_);
+        } else {
+          continue;
+        }
+        chunk.badLine = chunk.lines;
+        return;
+      }
+    });
+    std::size_t total = 0;
+    for (const Chunk& chunk : chunks) {
+      if (chunk.badLine >= 0) {
+        throw InvalidInput(fmt::format("'{}', line {}: {}: correct or remove it", path_.string(),
+                                       linesBefore + chunk.badLine, chunk.problem));
+      }
+      linesBefore += chunk.lines;
+      total += chunk.numbers.size();
+    }
+    if (!grid_) {
+      Net rows(static_cast<Index>(total) / columns_, columns_);
+      double* to = rows.data();
+      for (const Chunk& chunk : chunks) to = std::copy(chunk.numbers.begin(), chunk.numbers.end(), to);
+      if (rows.rows() > 0) visit(rows);
+    } else {
+      Net rows(static_cast<Index>(total), 3);
+      Index count = 0;
+      for (const Chunk& chunk : chunks) {
+        for (const double height : chunk.numbers) {
+          const Index i = gridPlace % gridColumns_, j = gridRows_ - 1 - gridPlace / gridColumns_;
+          ++gridPlace;
+          if (height == missing_) continue;
+          rows.row(count++) << left_ + cell_ * static_cast<double>(i), bottom_ + cell_ * static_cast<double>(j), height;
+        }
+      }
+      rows.conservativeResize(count, Eigen::NoChange);
+      if (gridPlace > gridRows_ * gridColumns_) break;
+      if (count > 0) visit(rows);
+    }
+    buffer.erase(0, end);
+  }
+  if (grid_ && gridPlace != gridRows_ * gridColumns_) {
+    throw InvalidInput(fmt::format("'{}' does not hold the {} x {} heights that its head announces: it may be damaged",
+                                   path_.string(), gridRows_, gridColumns_));
+  }
+}
+
+Net readPoints(const PointFile& file) {
+  std::vector<Net> blocks;
+  Index rows = 0;
+  file.forEachBlock([&](const Net& block) {
+    blocks.push_back(block);
+    rows += block.rows();
+  });
+  Net all(rows, file.columns());
+  rows = 0;
+  for (Net& block : blocks) {
+    all.middleRows(rows, block.rows()) = block;
+    rows += block.rows();
+    block.resize(0, 0);
+  }
+  return all;
+}
+
+}  // namespace strak

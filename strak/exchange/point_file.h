@@ -1,0 +1,56 @@
+#pragma once
+//
+// Measured points in text files, read block by block: tables of numbers (.xyz, .csv, .txt, .dat, with or without header
+// and comments, decimal points or commas) and gridded heights (ESRI ASCII grids, with missing values).
+//
+// Files may be larger than memory.
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "strak/spline/spline.h"
+
+namespace strak {
+
+class PointFile {
+ public:
+  // Looks at the head of the file. Throws InvalidInput if it cannot be read, is empty or holds no row of numbers.
+  explicit PointFile(std::filesystem::path path);
+
+  // Numbers a row; of a grid 3: x, y and the height.
+  Index columns() const { return columns_; }
+  // The header's names, lower case, one a column; empty if there is none.
+  const std::vector<std::string>& names() const { return names_; }
+  // The column of that name, or -1.
+  Index columnNamed(const std::string& name) const;
+  bool isGrid() const { return grid_; }
+  std::uintmax_t bytes() const { return bytes_; }
+
+  // Calls `visit` with all rows in the order of the file, some 10^5 at a time. Parsed by all threads; the same blocks
+  // whenever it is called. Throws InvalidInput with the number of the line that is not a row of `columns()` numbers.
+  void forEachBlock(const std::function<void(const Net&)>& visit) const;
+
+ private:
+  void readHead();
+  void readGridHead(const std::string& text);
+
+  std::filesystem::path path_;
+  std::uintmax_t bytes_ = 0;
+  Index columns_ = 0;
+  std::vector<std::string> names_;
+  char separator_ = ' ';  // ' ' (blanks and tabs), ',' or ';'
+  bool decimalComma_ = false;
+  Index headLines_ = 0;  // before the first row
+  std::uintmax_t headBytes_ = 0;
+
+  bool grid_ = false;
+  Index gridColumns_ = 0, gridRows_ = 0;
+  double left_ = 0, bottom_ = 0, cell_ = 1, missing_ = -9999;
+};
+
+// All rows of the file.
+Net readPoints(const PointFile& file);
+
+}  // namespace strak
