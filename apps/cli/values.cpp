@@ -57,6 +57,31 @@ Index wholeNumber(const std::string& option, const std::string& text, Index leas
   return *value;
 }
 
+std::vector<double> numberList(const std::string& option, const std::string& text, std::size_t count) {
+  std::vector<double> numbers;
+  for (const auto& part : splitAtCommas(text)) {
+    const auto value = parsed<double>(part);
+    if (value && std::isfinite(*value)) numbers.push_back(*value);
+  }
+  if (numbers.size() != count || splitAtCommas(text).size() != count) {
+    throw InvalidInput(fmt::format("{} is '{}': give {} numbers with commas between them", option, text, count));
+  }
+  return numbers;
+}
+
+std::vector<Index> wholeNumbers(const std::string& option, const std::string& text, char separator, Index least,
+                                Index most, std::size_t count) {
+  std::string commas = text;
+  std::replace(commas.begin(), commas.end(), separator, ',');
+  std::vector<Index> numbers;
+  for (const auto& part : splitAtCommas(commas)) numbers.push_back(wholeNumber(option, part, least, most));
+  if (numbers.size() == 1) numbers.resize(count, numbers.front());
+  if (numbers.size() != count) {
+    throw InvalidInput(fmt::format("{} is '{}': give one whole number or {}", option, text, count));
+  }
+  return numbers;
+}
+
 Eigen::Vector3d direction(const std::string& option, const std::string& text) {
   const auto parts = splitAtCommas(text);
   Eigen::Vector3d result = Eigen::Vector3d::Zero();

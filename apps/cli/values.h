@@ -19,6 +19,13 @@ double positiveNumber(const std::string& option, const std::string& text, bool z
 Index wholeNumber(const std::string& option, const std::string& text, Index least,
                   Index most = std::numeric_limits<Index>::max());
 
+// `count` finite numbers, separated by commas.
+std::vector<double> numberList(const std::string& option, const std::string& text, std::size_t count);
+
+// `count` whole numbers from `least` to `most`, separated by commas or by `separator`; a single one stands for all.
+std::vector<Index> wholeNumbers(const std::string& option, const std::string& text, char separator, Index least,
+                                Index most, std::size_t count);
+
 // "X,Y,Z", not all zero.
 Eigen::Vector3d direction(const std::string& option, const std::string& text);
 

@@ -1,0 +1,293 @@
+// strak fit: a fair spline near measured points.
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "apps/cli/commands.h"
+#include "apps/cli/console.h"
+#include "apps/cli/fit_points.h"
+#include "apps/cli/interrupt.h"
+#include "apps/cli/json.h"
+#include "apps/cli/values.h"
+#include "strak/base/error.h"
+#include "strak/exchange/file_kind.h"
+#include "strak/fitting/adaptive_fit.h"
+
+namespace strak::cli {
+
+namespace {
+
+constexpr Index kMostPointsPerDirection = 50;  // control points, where none are asked for
+constexpr Index kMostCurvePoints = 200;
+constexpr double kPointsPerControlPoint = 4;  // measured ones
+constexpr Index kFirstSpans = 8;              // where the tolerance decides
+constexpr int kHighestDegree = 31;
+
+struct FitArguments {
+  std::string input, output, kind, degree = "3", size, domain, smoothing = "auto", noise, tolerance, share = "100",
+                                   energy, scale = "lengths", conditions, mostPoints = "40000", threads;
+  bool json = false, quiet = false;
+  std::string commandLine;
+};
+
+// What all kinds of fits have to tell.
+struct FitReport {
+  std::string kind;
+  std::vector<int> degree;
+  std::vector<Index> size;
+  FitSummary summary;
+  std::optional<double> tolerance;
+  bool adaptive = false, reached = false;
+  double share = 1;
+  int rounds = 0;
+  Index inserted = 0, removed = 0;
+  Json outside = Json::array();
+  bool streamed = false;
+};
+
+template <int D>
+std::array<KnotVector, D> startKnots(const FitArguments& arguments, const FitInput<D>& input, bool adaptive) {
+  const auto degrees = wholeNumbers("--degree", arguments.degree, 'x', 1, kHighestDegree, D);
+  std::vector<Index> sizes;
+  if (!arguments.size.empty()) {
+    sizes = wholeNumbers("--size", arguments.size, 'x', 2, std::numeric_limits<Index>::max(), D);
+  }
+  std::vector<double> domain;
+  if (!arguments.domain.empty()) domain = numberList("--domain", arguments.domain, 2 * D);
+  const double wished = static_cast<double>(input.count) / kPointsPerControlPoint;
+  std::array<KnotVector, D> knots;
+  for (std::size_t k = 0; k < D; ++k) {
+    const double from = domain.empty() ? input.from[k] : domain[2 * k],
+                 to = domain.empty() ? input.to[k] : domain[2 * k + 1];
+    if (!(from < to)) {
+      throw InvalidInput(
+          domain.empty()
+              ? fmt::format("all points have the same {} ({:g}): a fit needs points beside it",
+                            D == 1   ? "parameter"
+                            : k == 0 ? "first coordinate"
+                                     : "second coordinate",
+                            from)
+              : fmt::format("--domain is '{}': the first number of a pair must be the smaller one", arguments.domain));
+    }
+    const int degree = static_cast<int>(degrees[k]);
+    Index size = std::max<Index>(degree + 1, std::min<Index>(D == 1 ? kMostCurvePoints : kMostPointsPerDirection,
+                                                             static_cast<Index>(std::pow(wished, 1.0 / D))));
+    if (adaptive) size = std::min(size, degree + kFirstSpans);
+    if (!sizes.empty()) size = sizes[k];
+    if (size < degree + 1) {
+      throw InvalidInput(fmt::format("--size is '{}': degree {} needs at least {} control points", arguments.size,
+                                     degree, degree + 1));
+    }
+    knots[k] = KnotVector::uniformClamped(degree, size - degree, from, to);
+  }
+  Index product = 1;
+  for (const auto& k : knots) {
+    if (k.size() > wholeNumber("--most-points", arguments.mostPoints, 1) / product) {
+      throw InvalidInput(fmt::format(
+          "--size asks for more than {} control points: raise --most-points if that is meant", arguments.mostPoints));
+    }
+    product *= k.size();
+  }
+  return knots;
+}
+
+Smoothing smoothingOf(const FitArguments& arguments) {
+  if (!arguments.noise.empty()) {
+    if (arguments.smoothing != "auto") throw InvalidInput("--noise chooses the smoothing: leave --smoothing out");
+    return Smoothing::noise(positiveNumber("--noise", arguments.noise));
+  }
+  if (arguments.smoothing == "auto") return Smoothing::automatic();
+  return Smoothing::fixed(positiveNumber("--smoothing", arguments.smoothing, true));
+}
+
+template <int D>
+void addConditions(const FitArguments& arguments, const FitColumns& columns, FitOptions<D>& options) {
+  if (arguments.conditions.empty()) return;
+  if (columns.parameters.empty()) {
+    throw InvalidInput("--conditions needs parameters: a function, or points with columns t, or u and v");
+  }
+  const PointFile file(arguments.conditions);
+  const FitColumns own = fitColumns(file, arguments.kind);
+  if (own.parameters.size() != columns.parameters.size() || own.values.size() != columns.values.size()) {
+    throw InvalidInput(fmt::format("'{}' must have the same columns as '{}'", arguments.conditions, arguments.input));
+  }
+  const Net rows = readPoints(file);
+  options.conditionParameters.resize(rows.rows(), D);
+  options.conditionValues.resize(rows.rows(), static_cast<Index>(own.values.size()));
+  for (Index k = 0; k < D; ++k) {
+    options.conditionParameters.col(k) = rows.col(own.parameters[static_cast<std::size_t>(k)]);
+  }
+  for (Index k = 0; k < options.conditionValues.cols(); ++k) {
+    options.conditionValues.col(k) = rows.col(own.values[static_cast<std::size_t>(k)]);
+  }
+}
+
+template <int D>
+FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, const FitColumns& columns) {
+  const FitInput<D> input = fitInput<D>(file, columns);
+  const bool adaptive = !arguments.tolerance.empty();
+  FitReport report;
+  AdaptiveFitOptions<D> options;
+  if (!arguments.energy.empty()) options.fit.energy = energyNamed<D>(arguments.energy);
+  options.fit.scale = parameterScaleNamed(arguments.scale);
+  options.fit.smoothing = smoothingOf(arguments);
+  options.mostPoints = wholeNumber("--most-points", arguments.mostPoints, 1);
+  options.share = positiveNumber("--share", arguments.share) / 100;
+  addConditions<D>(arguments, columns, options.fit);
+  const auto knots = startKnots<D>(arguments, input, adaptive);
+  ProgressBar bar({1.0}, !arguments.json && !arguments.quiet, interrupted);
+  options.fit.progress = bar.task(0);
+  Fit<D> fit;
+  if (adaptive) {
+    options.fit.tolerance = positiveNumber("--tolerance", arguments.tolerance);
+    report.tolerance = options.fit.tolerance;
+    AdaptiveFit<D> result = fitWithin<D>(knots, input.columns, input.pass, options);
+    report.adaptive = true;
+    report.reached = result.reached;
+    report.share = options.share;
+    report.rounds = result.rounds;
+    report.inserted = result.inserted;
+    report.removed = result.removed;
+    for (const auto& cell : result.outside) {
+      report.outside.push_back(
+          {{"from", cell.from}, {"to", cell.to}, {"points", cell.count}, {"outside", cell.outside}, {"max", cell.max}});
+    }
+    fit = std::move(result.fit);
+  } else {
+    fit = fitLeastSquares<D>(knots, input.columns, input.pass, options.fit);
+  }
+  report.summary = fit.summary;
+  report.streamed = input.streamed;
+  for (int k = 0; k < D; ++k) {
+    report.degree.push_back(fit.spline.degree(k));
+    report.size.push_back(fit.spline.size(k));
+  }
+  const bool function = columns.kind == FitKind::function;
+  report.kind = function ? "function" : D == 1 ? "curve" : "surface";
+  const AnySpline spline = function ? AnySpline(graphOf<D>(fit.spline)) : AnySpline(std::move(fit.spline));
+  modelOf({spline}, {std::filesystem::path(arguments.input).stem().string()})->write(arguments.output);
+  return report;
+}
+
+Json jsonOf(const FitReport& report) {
+  const FitSummary& s = report.summary;
+  Json json{{"kind", report.kind},
+            {"points", s.points},
+            {"outsideDomain", s.outsideDomain},
+            {"degree", report.degree},
+            {"size", report.size},
+            {"energy", {{"name", s.energyName}, {"value", s.energy}}},
+            {"smoothing", {{"lambda", s.lambda}, {"freedom", s.freedom}, {"crossValidation", s.crossValidation}}},
+            {"rms", s.rms},
+            {"max", s.max},
+            {"worst", {{"point", s.worstPoint + 1}, {"at", s.worstPlace}}}};
+  if (report.adaptive) {
+    json["tolerance"] = {{"value", *report.tolerance},     {"share", report.share},
+                         {"inside", s.insideShare()},      {"reached", report.reached},
+                         {"rounds", report.rounds},        {"knotsInserted", report.inserted},
+                         {"knotsRemoved", report.removed}, {"outside", report.outside}};
+  }
+  json["streamed"] = report.streamed;
+  json["warnings"] = s.warnings;
+  return json;
+}
+
+void print(const FitReport& report, const FitArguments& arguments, double seconds) {
+  const FitSummary& s = report.summary;
+  fmt::print("{} of degree {} with {} control points near {} points\n", report.kind, times(report.degree),
+             times(report.size), s.points);
+  fmt::print("smoothing   {} ({}), {} degrees of freedom\n", number(s.lambda), s.energyName, number(s.freedom));
+  fmt::print("errors      rms {}, largest {} at point {} ({})\n", number(s.rms), number(s.max), s.worstPoint + 1,
+             fmt::join(s.worstPlace, ", "));
+  if (report.adaptive) {
+    fmt::print("tolerance   {:.6g} % of the points within {} ({} knots inserted in {} rounds, {} removed)\n",
+               100 * s.insideShare(), number(*report.tolerance), report.inserted, report.rounds, report.removed);
+    for (const auto& cell : report.outside) {
+      fmt::print("  outside   {} of {} points in {} to {}, up to {}\n", cell["outside"].dump(), cell["points"].dump(),
+                 cell["from"].dump(), cell["to"].dump(), number(cell["max"].get<double>()));
+    }
+  }
+  fmt::print("wrote {} in {}\n", arguments.output, duration(seconds));
+}
+
+void fit(const FitArguments& arguments) {
+  const Stopwatch watch;
+  requireWritable(arguments.output);
+  fileKindOfEnding(arguments.output);
+  std::optional<tbb::global_control> threads;
+  if (!arguments.threads.empty()) {
+    threads.emplace(tbb::global_control::max_allowed_parallelism,
+                    static_cast<std::size_t>(wholeNumber("--threads", arguments.threads, 1)));
+  }
+  catchInterrupt();
+  const PointFile file(arguments.input);
+  const FitColumns columns = fitColumns(file, arguments.kind);
+  const FitReport report =
+      columns.directions == 1 ? fitAndWrite<1>(arguments, file, columns) : fitAndWrite<2>(arguments, file, columns);
+  for (const auto& warning : report.summary.warnings) {
+    if (!arguments.json) fmt::print(stderr, "strak: warning: {}\n", warning);
+  }
+  if (arguments.json) {
+    Json json = jsonHead(arguments.commandLine, {arguments.input});
+    json["output"] = arguments.output;
+    json["objects"] = Json::array({jsonOf(report)});
+    json["seconds"] = watch.seconds();
+    printJson(json);
+  } else if (!arguments.quiet) {
+    print(report, arguments, watch.seconds());
+  }
+}
+
+}  // namespace
+
+void addFit(CLI::App& program, const std::string& commandLine) {
+  auto arguments = std::make_shared<FitArguments>();
+  arguments->commandLine = commandLine;
+  CLI::App* command = program.add_subcommand("fit", "Fit measured points with a fair curve or surface");
+  command->add_option("POINTS", arguments->input, "Table of numbers (.xyz, .csv, .txt, .dat) or ESRI grid (.asc)")
+      ->required();
+  command->add_option("-o,--output", arguments->output, "File to write; its ending says the format")->required();
+  command->add_option(
+      "--kind", arguments->kind,
+      "function: the last coordinate over the others; surface: a sheet in space (columns u, v, x, y, z, or "
+      "x, y, z over their plane of least squares); curve: points in their order. Default: by the columns");
+  command->add_option("--degree", arguments->degree, "P or P,Q")->capture_default_str();
+  command->add_option(
+      "--size", arguments->size,
+      "Control points, N or NxM; default: one for four points, at most 50 a direction (curves: 200); with "
+      "--tolerance where the refinement starts");
+  command->add_option("--domain", arguments->domain, "U0,U1,V0,V1; default: the box of the points");
+  command
+      ->add_option("--smoothing", arguments->smoothing,
+                   "auto (cross validation), or the weight of the energy against the mean squared error")
+      ->capture_default_str();
+  command->add_option("--noise", arguments->noise,
+                      "The standard deviation of a coordinate's error: smooth until the errors have it");
+  command->add_option("--tolerance", arguments->tolerance,
+                      "Refine the knots until the errors are within this length, then remove those not needed");
+  command->add_option("--share", arguments->share, "With --tolerance: percent of the points that must be within")
+      ->capture_default_str();
+  command->add_option("--most-points", arguments->mostPoints, "At most so many control points")->capture_default_str();
+  command->add_option("--energy", arguments->energy,
+                      "thin-plate, laplacian, third-order, laplacian-gradient, third-derivatives, q3, or a mixture; "
+                      "default: third-derivatives, for lower degrees the highest there is");
+  command
+      ->add_option("--parameter-scale", arguments->scale,
+                   "In which shape of the domain the energy is measured: "
+                   "lengths, domain or unit")
+      ->capture_default_str();
+  command->add_option("--conditions", arguments->conditions, "File of points that the result passes through exactly");
+  command->add_option("--threads", arguments->threads, "Use at most so many threads; the result does not depend on it");
+  command->add_flag("--json", arguments->json, "Print one JSON object");
+  command->add_flag("--quiet", arguments->quiet, "Print nothing but errors and warnings");
+  command->footer("Example:\n  strak fit scan.xyz -o scan.step --tolerance 0.05 --share 99");
+  command->callback([arguments] { fit(*arguments); });
+}
+
+}  // namespace strak::cli

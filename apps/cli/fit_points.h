@@ -1,0 +1,48 @@
+#pragma once
+//
+// The points of `strak fit`: which columns of the file mean what, and their parameters.
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "strak/exchange/point_file.h"
+#include "strak/fitting/least_squares.h"
+
+namespace strak::cli {
+
+enum class FitKind { function, surface, curve };
+
+// What each column is; -1: there is none.
+struct FitColumns {
+  FitKind kind = FitKind::function;
+  int directions = 2;
+  std::vector<Index> parameters;  // none: the points get parameters of their own
+  std::vector<Index> values;
+  Index weight = -1;
+};
+
+// `kind`: the word of --kind or "" for what the columns suggest: two are a curve, three heights over a plane, and named
+// u, v, x, y, z a surface. Throws InvalidInput if the columns do not fit the kind.
+FitColumns fitColumns(const PointFile& file, const std::string& kind);
+
+template <int D>
+struct FitInput {
+  PointPass<D> pass;
+  Index columns = 0;  // coordinates
+  Index count = 0;
+  std::array<double, D> from{}, to{};  // box of the parameters
+  bool streamed = false;               // from the file, which is too large to be kept
+  // Of points in memory (not streamed).
+  Net parameters, values;
+  Eigen::VectorXd weights;
+};
+
+// Files above this size are read block by block whenever their points are needed.
+inline constexpr std::uintmax_t kKeptBytes = std::uintmax_t{1} << 29;
+
+template <int D>
+FitInput<D> fitInput(const PointFile& file, const FitColumns& columns, std::uintmax_t keptBytes = kKeptBytes);
+
+}  // namespace strak::cli
