@@ -28,6 +28,7 @@ constexpr Index kMostCurvePoints = 200;
 constexpr double kPointsPerControlPoint = 4;  // measured ones
 constexpr Index kFirstSpans = 8;              // where the tolerance decides
 constexpr int kHighestDegree = 31;
+constexpr std::size_t kShownCells = 5;  // with points outside, the worst ones; --json lists more
 
 struct FitArguments {
   std::string input, output, kind, degree = "3", size, domain, smoothing = "auto", noise, tolerance, share = "100",
@@ -208,7 +209,8 @@ void print(const FitReport& report, const FitArguments& arguments, double second
   if (report.adaptive) {
     fmt::print("tolerance   {:.6g} % of the points within {} ({} knots inserted in {} rounds, {} removed)\n",
                100 * s.insideShare(), number(*report.tolerance), report.inserted, report.rounds, report.removed);
-    for (const auto& cell : report.outside) {
+    for (std::size_t i = 0; i < std::min(kShownCells, report.outside.size()); ++i) {
+      const Json& cell = report.outside[i];
       fmt::print("  outside   {} of {} points in {} to {}, up to {}\n", cell["outside"].dump(), cell["points"].dump(),
                  cell["from"].dump(), cell["to"].dump(), number(cell["max"].get<double>()));
     }

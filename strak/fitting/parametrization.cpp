@@ -10,7 +10,7 @@ namespace strak {
 namespace {
 
 // Second moments below this part of the largest are rounding.
-constexpr double kLeastMoment = 1e-20;
+constexpr double kLeastMoment = 1e-13;
 
 }  // namespace
 
