@@ -25,6 +25,7 @@ namespace strak {
 template <int D>
 using PointPass = std::function<void(const std::function<void(const FitPoints<D>&)>& visit)>;
 
+// Points in memory, which must stay there as long as the pass.
 template <int D>
 PointPass<D> passOf(const FitPoints<D>& points) {
   return [points](const std::function<void(const FitPoints<D>&)>& visit) { visit(points); };
