@@ -1,0 +1,225 @@
+#include "strak/fitting/robust_fit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "strak/base/error.h"
+#include "strak/spline/evaluator.h"
+
+namespace strak {
+
+namespace {
+
+constexpr double kHuber = 1.345;
+constexpr double kTukey = 4.685;
+// Rounds in which scale and smoothing are found: by Huber's loss, which has one minimum, then by Tukey's from there,
+// because what far points add to the errors would pass for noise.
+constexpr int kHuberRounds = 4, kTukeyRounds = 4;
+constexpr double kSettled = 1e-7;        // relative change of the objective that is none
+constexpr double kFirstSmoothing = 0.3;  // of |error| in l1, in parts of the scale ...
+constexpr double kLastSmoothing = 1e-6;
+constexpr double kSmoothingFactor = 0.8;  // ... getting smaller every round
+
+// The median of |error| for normal noise of deviation 1 in one direction: errors of corrected parameters have one, and
+// those of functions. For more it makes the scale larger, which is the safe side.
+constexpr double kMedianOfNormal = 0.6744897501960817;
+
+double median(Eigen::VectorXd values) {
+  const auto middle = values.data() + values.size() / 2;
+  std::nth_element(values.data(), middle, values.data() + values.size());
+  return *middle;
+}
+
+// s^2 rho(r / s).
+double lossOf(Loss loss, double r, double s) {
+  switch (loss) {
+    case Loss::huber:
+      return r <= kHuber * s ? r * r : kHuber * s * (2 * r - kHuber * s);
+    case Loss::tukey: {
+      const double far = kTukey * s, inside = 1 - std::min(r / far, 1.0) * std::min(r / far, 1.0);
+      return far * far / 3 * (1 - inside * inside * inside);
+    }
+    case Loss::absolute:
+      return 2 * s * r;
+  }
+  return 0;
+}
+
+// The weight of least squares that has the same slope; `least`: |error| of l1 is not taken to be smaller.
+double weightOf(Loss loss, double r, double s, double least) {
+  switch (loss) {
+    case Loss::huber:
+      return r <= kHuber * s ? 1 : kHuber * s / r;
+    case Loss::tukey: {
+      const double inside = 1 - std::min(r / (kTukey * s), 1.0) * std::min(r / (kTukey * s), 1.0);
+      return inside * inside;
+    }
+    case Loss::absolute:
+      return s / std::hypot(r, least);
+  }
+  return 1;
+}
+
+template <int D>
+class Reweighting {
+ public:
+  Reweighting(const std::array<KnotVector, D>& knots, const FitPoints<D>& points, const RobustFitOptions<D>& options)
+      : knots_(knots), points_(points), options_(options) {
+    base_ = points.weights.size() != 0 ? Eigen::VectorXd(points.weights) : Eigen::VectorXd::Ones(points.count());
+    // Points outside the domain are left out by every fit: they must not count here.
+    for (Index r = 0; r < points.count(); ++r) {
+      for (Index k = 0; k < D; ++k) {
+        const KnotVector& u = knots[static_cast<std::size_t>(k)];
+        if (!(points.parameters(r, k) >= u.from() && points.parameters(r, k) <= u.to())) base_[r] = 0;
+      }
+    }
+    total_ = base_.sum();
+    weights_ = Eigen::VectorXd::Ones(points.count());
+  }
+
+  RobustFit<D> run() {
+    RobustFit<D> result;
+    fit(options_.fit.smoothing, result);
+    result.scale = scaleOf();
+    if (!(result.scale > 0)) {  // most points are met exactly: nothing to reweight by
+      result.converged = true;
+      finish(result);
+      return result;
+    }
+    for (int i = 0; i < kHuberRounds + kTukeyRounds && goOn(result); ++i) {
+      reweight(i < kHuberRounds ? Loss::huber : Loss::tukey, result.scale, 0);
+      fit(options_.fit.smoothing, result);
+      result.scale = scaleOf();
+      ++result.rounds;
+    }
+    double before = objective(result);
+    double least = kFirstSmoothing * result.scale;
+    while (result.rounds < options_.rounds && !result.converged && goOn(result)) {
+      const Eigen::VectorXd errorsBefore = errors_;
+      reweight(options_.loss, result.scale, least);
+      // The fit's mean is over its own weights; lambda is meant against the mean over the points'.
+      fit(Smoothing::fixed(result.lambda * total_ / effective()), result);
+      ++result.rounds;
+      const double now = objective(result);
+      if (options_.loss == Loss::absolute) {
+        result.gap = gapOf(result, errorsBefore, least);
+        result.converged = result.gap <= options_.gap;
+        least = std::max(kSmoothingFactor * least, kLastSmoothing * result.scale);
+      } else {
+        result.gap = std::abs(before - now) / std::max(now, std::numeric_limits<double>::min());
+        result.converged = result.gap <= kSettled;
+      }
+      before = now;
+    }
+    finish(result);
+    return result;
+  }
+
+ private:
+  bool goOn(RobustFit<D>& result) {
+    const bool go = options_.fit.progress.report(static_cast<double>(result.rounds) / options_.rounds, "reweighting");
+    if (!go) result.fit.summary.stopped = true;
+    return go;
+  }
+
+  double effective() const { return base_.dot(weights_); }
+
+  void reweight(Loss loss, double scale, double least) {
+    for (Index r = 0; r < weights_.size(); ++r) weights_[r] = weightOf(loss, errors_[r], scale, least);
+  }
+
+  void fit(const Smoothing& smoothing, RobustFit<D>& result) {
+    const Eigen::VectorXd weights = base_.cwiseProduct(weights_);
+    FitOptions<D> options = options_.fit;
+    options.smoothing = smoothing;
+    const bool stopped = result.fit.summary.stopped;
+    result.fit = fitLeastSquares<D>(knots_, FitPoints<D>{points_.parameters, points_.values, weights}, options);
+    result.fit.summary.stopped = stopped;
+    result.lambda = result.fit.summary.lambda * effective() / total_;
+    errors_ = (Evaluator<D>(result.fit.spline).derivativesAt(points_.parameters, 0) - points_.values).rowwise().norm();
+  }
+
+  double scaleOf() const {
+    if (options_.scale > 0) return options_.scale;
+    std::vector<double> used;
+    for (Index r = 0; r < errors_.size(); ++r) {
+      if (base_[r] > 0) used.push_back(errors_[r]);
+    }
+    return median(Eigen::Map<const Eigen::VectorXd>(used.data(), static_cast<Index>(used.size()))) / kMedianOfNormal;
+  }
+
+  double energyTerm(const RobustFit<D>& result) const { return result.lambda * result.fit.summary.energy; }
+
+  double objective(RobustFit<D>& result) const {
+    double sum = 0;
+    for (Index r = 0; r < errors_.size(); ++r) sum += base_[r] * lossOf(options_.loss, errors_[r], result.scale);
+    result.objective = sum / total_ + energyTerm(result);
+    return result.objective;
+  }
+
+  // The fit is stationary for its weights, so y = error / (the old error, smoothed) solves the dual problem but for its
+  // length; divided by the longest it is feasible, and its value a lower bound.
+  double gapOf(const RobustFit<D>& result, const Eigen::VectorXd& before, double least) const {
+    double longest = 1, sum = 0;
+    for (Index r = 0; r < errors_.size(); ++r) {
+      if (!(base_[r] > 0)) continue;
+      const double length = errors_[r] / std::hypot(before[r], least);
+      longest = std::max(longest, length);
+      sum += base_[r] * length * errors_[r];
+    }
+    const double energy = energyTerm(result), t = 1 / longest;
+    const double bound = t * (2 * result.scale * sum / total_ + 2 * energy) - t * t * energy;
+    return std::max(result.objective - bound, 0.0) / std::max(result.objective, std::numeric_limits<double>::min());
+  }
+
+  void finish(RobustFit<D>& result) const {
+    double squares = 0;
+    FitSummary& summary = result.fit.summary;
+    for (Index r = 0; r < errors_.size(); ++r) {
+      squares += base_[r] * errors_[r] * errors_[r];
+      if (base_[r] > 0 && errors_[r] > kTukey * result.scale) ++result.outliers;
+    }
+    summary.rms = std::sqrt(squares / total_);
+    summary.lambda = result.lambda;
+    result.weights = weights_;
+    if (!result.converged) {
+      summary.warnings.push_back(
+          fmt::format("the reweighting ended after {} rounds with a gap of {:.2g}", result.rounds, result.gap));
+    }
+  }
+
+  const std::array<KnotVector, D>& knots_;
+  const FitPoints<D>& points_;
+  const RobustFitOptions<D>& options_;
+  Eigen::VectorXd base_, weights_, errors_;
+  double total_ = 0;
+};
+
+}  // namespace
+
+Loss lossNamed(std::string_view name) {
+  if (name == "huber") return Loss::huber;
+  if (name == "tukey") return Loss::tukey;
+  if (name == "l1") return Loss::absolute;
+  throw InvalidInput(fmt::format("there is no loss '{}': choose l2, l1, huber or tukey", name));
+}
+
+template <int D>
+RobustFit<D> fitRobustly(const std::array<KnotVector, D>& knots, const FitPoints<D>& points,
+                         const RobustFitOptions<D>& options) {
+  if (!(options.scale >= 0) || !std::isfinite(options.scale)) {
+    throw InvalidInput(
+        fmt::format("the scale of the noise ({}) must be a finite number that is not negative", options.scale));
+  }
+  if (points.parameters.cols() != D || points.values.rows() != points.count()) {
+    throw InvalidInput("a robust fit needs a row of parameters and of values for each point");
+  }
+  return Reweighting<D>(knots, points, options).run();
+}
+
+template RobustFit<1> fitRobustly<1>(const std::array<KnotVector, 1>&, const FitPoints<1>&, const RobustFitOptions<1>&);
+template RobustFit<2> fitRobustly<2>(const std::array<KnotVector, 2>&, const FitPoints<2>&, const RobustFitOptions<2>&);
+
+}  // namespace strak

@@ -1,0 +1,49 @@
+#pragma once
+//
+// Fits that outliers do not move: Huber's and Tukey's losses with a robust scale, and l1.
+//
+// With r = |error| / s, s the scale of the noise, the mean of w s^2 rho(r) takes the place of the mean square:
+//   Huber   rho = r^2 up to k, 2 k r - k^2 beyond (k = 1.345; 95 % efficient for normal noise)
+//   Tukey   rho = (c^2 / 3) (1 - (1 - (r / c)^2)^3) up to c, c^2 / 3 beyond (c = 4.685): far points do not count at all
+//   l1      rho = 2 r
+// so that lambda keeps its meaning. Minimised by iteratively reweighted least squares. For l1 a dual solution comes
+// with every step and bounds how far the fit is from the best one. Source: Hoschek and Juettler (2.6) on other norms;
+// Huber, Robust Statistics (1981). For vector errors the norm is the Euclidean one, as the errata ask.
+
+#include "strak/fitting/least_squares.h"
+
+namespace strak {
+
+enum class Loss { huber, tukey, absolute };
+
+// "huber", "tukey", "l1"; throws InvalidInput for another word.
+Loss lossNamed(std::string_view name);
+
+template <int D>
+struct RobustFitOptions {
+  FitOptions<D> fit;  // with its smoothing; a weight that is to be chosen is chosen without the outliers
+  Loss loss = Loss::huber;
+  double scale = 0;  // of the noise; 0: from the median of the errors
+  int rounds = 200;
+  double gap = 1e-3;  // l1: stop when the objective is certified to be this near to the least one, relatively
+};
+
+template <int D>
+struct RobustFit {
+  Fit<D> fit;            // its rms and max are those of all points, outliers too
+  double scale = 0;      // s
+  double lambda = 0;     // as above: against the mean of w s^2 rho
+  double objective = 0;  // mean of w s^2 rho + lambda E
+  double gap = 0;        // l1: (objective - lower bound) / objective; else the last relative change of the objective
+  bool converged = false;
+  int rounds = 0;
+  Index outliers = 0;       // points farther off than 4.685 s
+  Eigen::VectorXd weights;  // of the last least squares, 1 where the error is small
+};
+
+// Points in memory. Cost: some ten to a hundred fits. Throws InvalidInput as fitLeastSquares, and for a negative scale.
+template <int D>
+RobustFit<D> fitRobustly(const std::array<KnotVector, D>& knots, const FitPoints<D>& points,
+                         const RobustFitOptions<D>& options);
+
+}  // namespace strak
