@@ -18,6 +18,8 @@
 #include "strak/base/error.h"
 #include "strak/exchange/file_kind.h"
 #include "strak/fitting/adaptive_fit.h"
+#include "strak/fitting/parameter_correction.h"
+#include "strak/fitting/robust_fit.h"
 
 namespace strak::cli {
 
@@ -32,7 +34,8 @@ constexpr std::size_t kShownCells = 5;  // with points outside, the worst ones; 
 
 struct FitArguments {
   std::string input, output, kind, degree = "3", size, domain, smoothing = "auto", noise, tolerance, share = "100",
-                                   energy, scale = "lengths", conditions, mostPoints = "40000", threads;
+                                   energy, scale = "lengths", conditions, loss = "l2", correct, mostPoints = "40000",
+                                   threads;
   bool json = false, quiet = false;
   std::string commandLine;
 };
@@ -43,13 +46,14 @@ struct FitReport {
   std::vector<int> degree;
   std::vector<Index> size;
   FitSummary summary;
-  std::optional<double> tolerance;
+  double tolerance = 0;
   bool adaptive = false, reached = false;
   double share = 1;
   int rounds = 0;
   Index inserted = 0, removed = 0;
   Json outside = Json::array();
   bool streamed = false;
+  Json loss, correction;  // null where there is none
 };
 
 template <int D>
@@ -130,10 +134,37 @@ void addConditions(const FitArguments& arguments, const FitColumns& columns, Fit
 }
 
 template <int D>
+void takeOver(const AdaptiveFit<D>& fit, FitReport& report) {
+  report.reached = fit.reached;
+  report.rounds += fit.rounds;
+  report.inserted += fit.inserted;
+  report.removed += fit.removed;
+  report.outside = Json::array();
+  for (const auto& cell : fit.outside) {
+    report.outside.push_back(
+        {{"from", cell.from}, {"to", cell.to}, {"points", cell.count}, {"outside", cell.outside}, {"max", cell.max}});
+  }
+}
+
+template <int D>
+void takeOver(const RobustFit<D>& fit, const std::string& name, FitReport& report) {
+  report.loss = {{"name", name},         {"scale", fit.scale},         {"outliers", fit.outliers},
+                 {"rounds", fit.rounds}, {"converged", fit.converged}, {"gap", fit.gap}};
+}
+
+// How many rounds of parameter correction: only points that come without parameters are corrected unasked.
+int correctionRounds(const FitArguments& arguments, const FitColumns& columns) {
+  constexpr int kUnasked = 10;
+  if (arguments.correct.empty()) return columns.parameters.empty() ? kUnasked : 0;
+  const auto rounds = static_cast<int>(wholeNumber("--correct", arguments.correct, 0, 100000));
+  if (rounds > 0 && columns.kind == FitKind::function) {
+    throw InvalidInput("--correct is for points in space: those of a function have their parameters");
+  }
+  return rounds;
+}
+
+template <int D>
 FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, const FitColumns& columns) {
-  const FitInput<D> input = fitInput<D>(file, columns);
-  const bool adaptive = !arguments.tolerance.empty();
-  FitReport report;
   AdaptiveFitOptions<D> options;
   if (!arguments.energy.empty()) options.fit.energy = energyNamed<D>(arguments.energy);
   options.fit.scale = parameterScaleNamed(arguments.scale);
@@ -141,30 +172,56 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   options.mostPoints = wholeNumber("--most-points", arguments.mostPoints, 1);
   options.share = positiveNumber("--share", arguments.share) / 100;
   addConditions<D>(arguments, columns, options.fit);
-  const auto knots = startKnots<D>(arguments, input, adaptive);
+  FitReport report;
+  report.adaptive = !arguments.tolerance.empty();
+  if (report.adaptive) options.fit.tolerance = positiveNumber("--tolerance", arguments.tolerance);
+  report.tolerance = options.fit.tolerance;
+  report.share = options.share;
+  RobustFitOptions<D> robust;
+  const bool isRobust = arguments.loss != "l2";
+  if (isRobust) robust.loss = lossNamed(arguments.loss);
+  if (isRobust && report.adaptive) {
+    throw InvalidInput("--tolerance refines fits of least squares: leave --loss out, or give the --size");
+  }
+  const int rounds = correctionRounds(arguments, columns);
+
+  const FitInput<D> input = fitInput<D>(file, columns);
+  report.streamed = input.streamed;
+  if (input.streamed && (isRobust || rounds > 0)) {
+    throw InvalidInput(fmt::format("'{}' is too large to be kept in memory, as {} needs: thin the points out",
+                                   arguments.input, isRobust ? "--loss" : "--correct"));
+  }
+  const auto start = startKnots<D>(arguments, input, report.adaptive);
   ProgressBar bar({1.0}, !arguments.json && !arguments.quiet, interrupted);
   options.fit.progress = bar.task(0);
+  robust.fit = options.fit;
+  const auto fitPass = [&](const PointPass<D>& points, const std::array<KnotVector, D>& knots) {
+    if (!report.adaptive) return fitLeastSquares<D>(knots, input.columns, points, options.fit);
+    AdaptiveFit<D> result = fitWithin<D>(knots, input.columns, points, options);
+    takeOver<D>(result, report);
+    return std::move(result.fit);
+  };
+  const FitMaker<D> make = [&](const FitPoints<D>& points, const Fit<D>* previous) {
+    const auto& knots = previous != nullptr ? previous->spline.knots() : start;
+    if (!isRobust) return fitPass(passOf<D>(points), knots);
+    RobustFit<D> result = fitRobustly<D>(knots, points, robust);
+    takeOver<D>(result, arguments.loss, report);
+    return std::move(result.fit);
+  };
   Fit<D> fit;
-  if (adaptive) {
-    options.fit.tolerance = positiveNumber("--tolerance", arguments.tolerance);
-    report.tolerance = options.fit.tolerance;
-    AdaptiveFit<D> result = fitWithin<D>(knots, input.columns, input.pass, options);
-    report.adaptive = true;
-    report.reached = result.reached;
-    report.share = options.share;
-    report.rounds = result.rounds;
-    report.inserted = result.inserted;
-    report.removed = result.removed;
-    for (const auto& cell : result.outside) {
-      report.outside.push_back(
-          {{"from", cell.from}, {"to", cell.to}, {"points", cell.count}, {"outside", cell.outside}, {"max", cell.max}});
-    }
-    fit = std::move(result.fit);
+  if (input.streamed) {
+    fit = fitPass(input.pass, start);
+  } else if (rounds == 0) {
+    fit = make({input.parameters, input.values, input.weights}, nullptr);
   } else {
-    fit = fitLeastSquares<D>(knots, input.columns, input.pass, options.fit);
+    CorrectionOptions correction;
+    correction.rounds = rounds;
+    correction.progress = options.fit.progress;
+    CorrectedFit<D> result = fitWithCorrection<D>({input.parameters, input.values, input.weights}, make, correction);
+    report.correction = {{"rounds", result.rounds}, {"settled", result.settled}, {"rms", result.rms}};
+    fit = std::move(result.fit);
   }
   report.summary = fit.summary;
-  report.streamed = input.streamed;
   for (int k = 0; k < D; ++k) {
     report.degree.push_back(fit.spline.degree(k));
     report.size.push_back(fit.spline.size(k));
@@ -189,11 +246,13 @@ Json jsonOf(const FitReport& report) {
             {"max", s.max},
             {"worst", {{"point", s.worstPoint + 1}, {"at", s.worstPlace}}}};
   if (report.adaptive) {
-    json["tolerance"] = {{"value", *report.tolerance},     {"share", report.share},
+    json["tolerance"] = {{"value", report.tolerance},      {"share", report.share},
                          {"inside", s.insideShare()},      {"reached", report.reached},
                          {"rounds", report.rounds},        {"knotsInserted", report.inserted},
                          {"knotsRemoved", report.removed}, {"outside", report.outside}};
   }
+  if (!report.loss.is_null()) json["loss"] = report.loss;
+  if (!report.correction.is_null()) json["correction"] = report.correction;
   json["streamed"] = report.streamed;
   json["warnings"] = s.warnings;
   return json;
@@ -206,9 +265,18 @@ void print(const FitReport& report, const FitArguments& arguments, double second
   fmt::print("smoothing   {} ({}), {} degrees of freedom\n", number(s.lambda), s.energyName, number(s.freedom));
   fmt::print("errors      rms {}, largest {} at point {} ({})\n", number(s.rms), number(s.max), s.worstPoint + 1,
              fmt::join(s.worstPlace, ", "));
+  if (!report.loss.is_null()) {
+    fmt::print("loss        {}: scale of the noise {}, {} outliers, gap {} after {} rounds\n",
+               report.loss["name"].get<std::string>(), number(report.loss["scale"].get<double>()),
+               report.loss["outliers"].dump(), number(report.loss["gap"].get<double>()), report.loss["rounds"].dump());
+  }
+  if (!report.correction.is_null()) {
+    fmt::print("parameters  corrected in {} rounds, rms {} before\n", report.correction["rounds"].dump(),
+               number(report.correction["rms"][0].get<double>()));
+  }
   if (report.adaptive) {
     fmt::print("tolerance   {:.6g} % of the points within {} ({} knots inserted in {} rounds, {} removed)\n",
-               100 * s.insideShare(), number(*report.tolerance), report.inserted, report.rounds, report.removed);
+               100 * s.insideShare(), number(report.tolerance), report.inserted, report.rounds, report.removed);
     for (std::size_t i = 0; i < std::min(kShownCells, report.outside.size()); ++i) {
       const Json& cell = report.outside[i];
       fmt::print("  outside   {} of {} points in {} to {}, up to {}\n", cell["outside"].dump(), cell["points"].dump(),
@@ -276,6 +344,13 @@ void addFit(CLI::App& program, const std::string& commandLine) {
   command->add_option("--share", arguments->share, "With --tolerance: percent of the points that must be within")
       ->capture_default_str();
   command->add_option("--most-points", arguments->mostPoints, "At most so many control points")->capture_default_str();
+  command
+      ->add_option("--loss", arguments->loss,
+                   "l2 (least squares), or what outliers do not move: huber, tukey, l1 (with a certified gap)")
+      ->capture_default_str();
+  command->add_option("--correct", arguments->correct,
+                      "Points in space: at most so many rounds of parameter correction; default: 10 if the points come "
+                      "without parameters, else 0");
   command->add_option("--energy", arguments->energy,
                       "thin-plate, laplacian, third-order, laplacian-gradient, third-derivatives, q3, or a mixture; "
                       "default: third-derivatives, for lower degrees the highest there is");

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <memory>
 
 #include "strak/base/error.h"
 #include "strak/fitting/parametrization.h"
@@ -116,25 +115,21 @@ FitInput<D> fitInput(const PointFile& file, const FitColumns& columns, std::uint
       input.parameters = planeParameters(input.values);
     }
     if (columns.weight >= 0) input.weights = all.col(columns.weight);
-    // The points are looked at while the input lives, wherever it was moved to; so they are kept apart.
-    struct Kept {
-      Net parameters, values;
-      Eigen::VectorXd weights;
-    };
-    const auto kept = std::make_shared<Kept>(Kept{input.parameters, input.values, input.weights});
-    input.pass = [kept](const std::function<void(const FitPoints<D>&)>& visit) {
-      visit({kept->parameters, kept->values, kept->weights});
-    };
   }
   input.from.fill(std::numeric_limits<double>::infinity());
   input.to.fill(-std::numeric_limits<double>::infinity());
-  input.pass([&](const FitPoints<D>& block) {
+  const auto measure = [&](const FitPoints<D>& block) {
     input.count += block.count();
     for (std::size_t k = 0; k < D; ++k) {
       input.from[k] = std::min(input.from[k], block.parameters.col(static_cast<Index>(k)).minCoeff());
       input.to[k] = std::max(input.to[k], block.parameters.col(static_cast<Index>(k)).maxCoeff());
     }
-  });
+  };
+  if (input.streamed) {
+    input.pass(measure);
+  } else if (input.values.rows() > 0) {
+    measure({input.parameters, input.values, input.weights});
+  }
   if (input.count < 2) {
     throw InvalidInput(fmt::format("{} in the file: a fit needs at least two points, and many more to be of use",
                                    input.count == 0 ? "there is no point" : "there is a single point"));

@@ -29,7 +29,7 @@ FitColumns fitColumns(const PointFile& file, const std::string& kind);
 
 template <int D>
 struct FitInput {
-  PointPass<D> pass;
+  PointPass<D> pass;  // of points that are streamed
   Index columns = 0;  // coordinates
   Index count = 0;
   std::array<double, D> from{}, to{};  // box of the parameters

@@ -14,7 +14,7 @@ CorrectedFit<D> fitWithCorrection(const FitPoints<D>& points, const FitMaker<D>&
   CorrectedFit<D> result;
   result.parameters = points.parameters;
   const auto fitOf = [&](const Net& parameters, const Fit<D>* previous) {
-    return make(passOf<D>({parameters, points.values, points.weights}), previous);
+    return make({parameters, points.values, points.weights}, previous);
   };
   result.fit = fitOf(result.parameters, nullptr);
   result.rms.push_back(result.fit.summary.rms);

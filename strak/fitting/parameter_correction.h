@@ -28,7 +28,7 @@ struct CorrectedFit {
 
 // Makes a fit of the given parameters; `previous` is that of the round before, null at first.
 template <int D>
-using FitMaker = std::function<Fit<D>(const PointPass<D>& points, const Fit<D>* previous)>;
+using FitMaker = std::function<Fit<D>(const FitPoints<D>& points, const Fit<D>* previous)>;
 
 // Fits points in space again and again by `make`. The parameters stay in the domain of the fit. A round that makes the
 // errors larger ends the search and is forgotten. Cost a round: one fit and 0.3 microseconds a point. Throws

@@ -17,9 +17,9 @@ constexpr double kTukey = 4.685;
 // Rounds in which scale and smoothing are found: by Huber's loss, which has one minimum, then by Tukey's from there,
 // because what far points add to the errors would pass for noise.
 constexpr int kHuberRounds = 4, kTukeyRounds = 4;
-constexpr double kSettled = 1e-7;        // relative change of the objective that is none
-constexpr double kFirstSmoothing = 0.3;  // of |error| in l1, in parts of the scale ...
-constexpr double kLastSmoothing = 1e-6;
+constexpr double kSettled = 1e-7;         // relative change of the objective that is none
+constexpr double kFirstSmoothing = 0.3;   // of |error| in l1, in parts of the scale ...
+constexpr double kLastSmoothing = 0.2;    // ... and of the gap
 constexpr double kSmoothingFactor = 0.8;  // ... getting smaller every round
 
 // The median of |error| for normal noise of deviation 1 in one direction: errors of corrected parameters have one, and
@@ -106,7 +106,7 @@ class Reweighting {
       if (options_.loss == Loss::absolute) {
         result.gap = gapOf(result, errorsBefore, least);
         result.converged = result.gap <= options_.gap;
-        least = std::max(kSmoothingFactor * least, kLastSmoothing * result.scale);
+        least = std::max(kSmoothingFactor * least, kLastSmoothing * options_.gap * result.scale);
       } else {
         result.gap = std::abs(before - now) / std::max(now, std::numeric_limits<double>::min());
         result.converged = result.gap <= kSettled;

@@ -129,6 +129,51 @@ TEST_F(FitCommand, SmoothsAsItIsTold) {
   EXPECT_EQ(text("a.g2"), text("c.g2"));
 }
 
+TEST_F(FitCommand, CorrectsTheParametersOfPointsInSpace) {
+  std::string text;
+  for (int i = 0; i <= 60; ++i) {
+    for (int j = 0; j <= 60; ++j) {
+      const double a = (i - 30) / 27.0, b = (j - 30) / 29.0;
+      text += fmt::format("{} {} {}\n", std::sin(a), std::cos(a) * std::sin(b), std::cos(a) * std::cos(b));
+    }
+  }
+  const std::string points = write("cap.xyz", text);
+  const auto plain =
+      json({"fit", points, "-o", path("a.g2"), "--kind", "surface", "--correct", "0", "--size", "9"})["objects"][0];
+  EXPECT_FALSE(plain.contains("correction"));
+  const auto corrected = json({"fit", points, "-o", path("b.g2"), "--kind", "surface", "--size", "9"})["objects"][0];
+  EXPECT_GT(corrected["correction"]["rounds"], 0);
+  EXPECT_EQ(corrected["correction"]["rms"][0], plain["rms"]);
+  EXPECT_LT(corrected["rms"].get<double>(), 0.7 * plain["rms"].get<double>());
+  EXPECT_NE(refusal({"fit", points, "-o", path("no.g2"), "--correct", "3"}).find("--correct is for points in space"),
+            std::string::npos);
+}
+
+TEST_F(FitCommand, IsNotMovedByOutliersWithAnotherLoss) {
+  std::string text;
+  unsigned state = 1;
+  for (int i = 0; i < 200; ++i) {
+    state = state * 1664525U + 1013904223U;
+    const double noise = 0.01 * (static_cast<double>(state >> 8) / (1 << 23) - 1);
+    text += fmt::format("{} {}\n", i, std::sin(0.03 * i) + noise + (i % 40 == 7 ? 4 : 0));
+  }
+  const std::string points = write("outliers.txt", text);
+  for (const std::string loss : {"l1", "huber", "tukey"}) {
+    const auto object =
+        json({"fit", points, "-o", path(loss + ".json"), "--kind", "function", "--loss", loss})["objects"][0];
+    EXPECT_EQ(object["loss"]["outliers"], 5) << loss;
+    EXPECT_TRUE(object["loss"]["converged"]) << loss;
+    EXPECT_LT(object["loss"]["gap"].get<double>(), 1.1e-3) << loss;
+    const auto model = readModel(file(loss + ".json"));
+    const auto& curve = std::get<Curve>(*model->objects()[0].spline);
+    for (double x : {7.0, 47.0, 100.0}) EXPECT_NEAR(evaluate<1>(curve, {x})[1], std::sin(0.03 * x), 0.01) << loss;
+  }
+  EXPECT_NE(refusal({"fit", points, "-o", path("no.g2"), "--loss", "l9"}).find("there is no loss 'l9'"),
+            std::string::npos);
+  EXPECT_NE(refusal({"fit", points, "-o", path("no.g2"), "--loss", "l1", "--tolerance", "1"}).find("--tolerance"),
+            std::string::npos);
+}
+
 TEST_F(FitCommand, WarnsWhereThePointsAreFew) {
   const std::string points = write("few.xyz", "0 0 1\n1 0 2\n0 1 3\n1 1 5\n0.5 0.2 2\n0.3 0.8 2\n0.9 0.4 3\n");
   const Outcome outcome = strak({"fit", points, "-o", path("out.g2"), "--size", "6"});

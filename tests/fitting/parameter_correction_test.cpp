@@ -12,11 +12,11 @@ namespace strak {
 namespace {
 
 template <int D>
-FitMaker<D> onKnots(const std::array<KnotVector, D>& knots, Index columns, Smoothing smoothing) {
-  return [=](const PointPass<D>& points, const Fit<D>*) {
+FitMaker<D> onKnots(const std::array<KnotVector, D>& knots, Smoothing smoothing) {
+  return [=](const FitPoints<D>& points, const Fit<D>*) {
     FitOptions<D> options;
     options.smoothing = smoothing;
-    return fitLeastSquares<D>(knots, columns, points, options);
+    return fitLeastSquares<D>(knots, points, options);
   };
 }
 
@@ -28,7 +28,7 @@ TEST(ParameterCorrection, FindsTheDistancesOfACurve) {
     points.row(r) << std::cos(2 * t), std::sin(2 * t);
     parameters(r, 0) = t + 0.02 * std::sin(40 * t) * t * (1 - t);
   }
-  const auto make = onKnots<1>({KnotVector::uniformClamped(3, 8)}, 2, Smoothing::fixed(1e-12));
+  const auto make = onKnots<1>({KnotVector::uniformClamped(3, 8)}, Smoothing::fixed(1e-12));
   CorrectionOptions options;
   options.rounds = 60;
   const auto result = fitWithCorrection<1>({parameters, points}, make, options);
@@ -57,7 +57,7 @@ TEST(ParameterCorrection, BringsASheetFromItsPlaneToItsNoise) {
     const auto column = start.col(static_cast<Index>(k));
     knots[k] = KnotVector::uniformClamped(3, 9, column.minCoeff(), column.maxCoeff());
   }
-  const auto result = fitWithCorrection<2>({start, points}, onKnots<2>(knots, 3, Smoothing::automatic()));
+  const auto result = fitWithCorrection<2>({start, points}, onKnots<2>(knots, Smoothing::automatic()));
   EXPECT_GT(result.rounds, 0);
   EXPECT_LT(result.rms.back(), result.rms.front());
   EXPECT_NEAR(result.fit.summary.rms, 1e-3, 2e-4);
@@ -75,11 +75,10 @@ TEST(ParameterCorrection, RefusesFunctionsAndStopsWhenAsked) {
     points.row(r) << parameters(r, 0), std::sin(9 * parameters(r, 0));
   }
   const std::array<KnotVector, 1> knots{KnotVector::uniformClamped(3, 5)};
-  EXPECT_THROW(fitWithCorrection<1>({parameters, heights}, onKnots<1>(knots, 1, Smoothing::automatic())), InvalidInput);
+  EXPECT_THROW(fitWithCorrection<1>({parameters, heights}, onKnots<1>(knots, Smoothing::automatic())), InvalidInput);
   CorrectionOptions options;
   options.progress = Progress([](double, std::string_view) { return false; });
-  const auto stopped =
-      fitWithCorrection<1>({parameters, points}, onKnots<1>(knots, 2, Smoothing::automatic()), options);
+  const auto stopped = fitWithCorrection<1>({parameters, points}, onKnots<1>(knots, Smoothing::automatic()), options);
   EXPECT_TRUE(stopped.fit.summary.stopped);
   EXPECT_EQ(stopped.rounds, 0);
 }
