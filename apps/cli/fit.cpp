@@ -35,7 +35,7 @@ constexpr std::size_t kShownCells = 5;  // with points outside, the worst ones; 
 struct FitArguments {
   std::string input, output, kind, degree = "3", size, domain, smoothing = "auto", noise, tolerance, share = "100",
                                    energy, scale = "lengths", conditions, loss = "l2", correct, mostPoints = "40000",
-                                   threads;
+                                   memory = "512", threads;
   bool json = false, quiet = false;
   std::string commandLine;
 };
@@ -185,7 +185,8 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   }
   const int rounds = correctionRounds(arguments, columns);
 
-  const FitInput<D> input = fitInput<D>(file, columns);
+  const FitInput<D> input = fitInput<D>(
+      file, columns, static_cast<std::uintmax_t>(wholeNumber("--memory", arguments.memory, 0, 1 << 30)) << 20);
   report.streamed = input.streamed;
   if (input.streamed && (isRobust || rounds > 0)) {
     throw InvalidInput(fmt::format("'{}' is too large to be kept in memory, as {} needs: thin the points out",
@@ -222,6 +223,11 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
     fit = std::move(result.fit);
   }
   report.summary = fit.summary;
+  if (input.repeated > 0) {
+    report.summary.warnings.push_back(
+        fmt::format("{} points repeat others to the last digit: they count with their number, but as one measurement",
+                    input.repeated));
+  }
   for (int k = 0; k < D; ++k) {
     report.degree.push_back(fit.spline.degree(k));
     report.size.push_back(fit.spline.size(k));
@@ -236,20 +242,20 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
 Json jsonOf(const FitReport& report) {
   const FitSummary& s = report.summary;
   Json json{{"kind", report.kind},
-            {"points", s.points},
-            {"outsideDomain", s.outsideDomain},
+            {"measured", s.points},
+            {"outside_domain", s.outsideDomain},
             {"degree", report.degree},
-            {"size", report.size},
+            {"points", report.size},
             {"energy", {{"name", s.energyName}, {"value", s.energy}}},
-            {"smoothing", {{"lambda", s.lambda}, {"freedom", s.freedom}, {"crossValidation", s.crossValidation}}},
+            {"smoothing", {{"lambda", s.lambda}, {"freedom", s.freedom}, {"cross_validation", s.crossValidation}}},
             {"rms", s.rms},
             {"max", s.max},
             {"worst", {{"point", s.worstPoint + 1}, {"at", s.worstPlace}}}};
   if (report.adaptive) {
-    json["tolerance"] = {{"value", report.tolerance},      {"share", report.share},
-                         {"inside", s.insideShare()},      {"reached", report.reached},
-                         {"rounds", report.rounds},        {"knotsInserted", report.inserted},
-                         {"knotsRemoved", report.removed}, {"outside", report.outside}};
+    json["tolerance"] = {{"value", report.tolerance},       {"share", report.share},
+                         {"inside", s.insideShare()},       {"reached", report.reached},
+                         {"rounds", report.rounds},         {"knots_inserted", report.inserted},
+                         {"knots_removed", report.removed}, {"outside", report.outside}};
   }
   if (!report.loss.is_null()) json["loss"] = report.loss;
   if (!report.correction.is_null()) json["correction"] = report.correction;
@@ -320,7 +326,7 @@ void addFit(CLI::App& program, const std::string& commandLine) {
   auto arguments = std::make_shared<FitArguments>();
   arguments->commandLine = commandLine;
   CLI::App* command = program.add_subcommand("fit", "Fit measured points with a fair curve or surface");
-  command->add_option("POINTS", arguments->input, "Table of numbers (.xyz, .csv, .txt, .dat) or ESRI grid (.asc)")
+  command->add_option("POINTS", arguments->input, "Table of numbers (.xyz, .csv, .txt, .dat), ESRI grid (.asc), PLY or PCD")
       ->required();
   command->add_option("-o,--output", arguments->output, "File to write; its ending says the format")->required();
   command->add_option(
@@ -360,6 +366,10 @@ void addFit(CLI::App& program, const std::string& commandLine) {
                    "lengths, domain or unit")
       ->capture_default_str();
   command->add_option("--conditions", arguments->conditions, "File of points that the result passes through exactly");
+  command
+      ->add_option("--memory", arguments->memory,
+                   "Files of more megabytes are read again whenever their points are needed, block by block")
+      ->capture_default_str();
   command->add_option("--threads", arguments->threads, "Use at most so many threads; the result does not depend on it");
   command->add_flag("--json", arguments->json, "Print one JSON object");
   command->add_flag("--quiet", arguments->quiet, "Print nothing but errors and warnings");

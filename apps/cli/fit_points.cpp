@@ -7,6 +7,7 @@
 
 #include "strak/base/error.h"
 #include "strak/fitting/parametrization.h"
+#include "strak/fitting/repeated_points.h"
 
 namespace strak::cli {
 
@@ -115,6 +116,7 @@ FitInput<D> fitInput(const PointFile& file, const FitColumns& columns, std::uint
       input.parameters = planeParameters(input.values);
     }
     if (columns.weight >= 0) input.weights = all.col(columns.weight);
+    input.repeated = mergeRepeatedPoints(input.parameters, input.values, input.weights);
   }
   input.from.fill(std::numeric_limits<double>::infinity());
   input.to.fill(-std::numeric_limits<double>::infinity());

@@ -33,16 +33,15 @@ struct FitInput {
   Index columns = 0;  // coordinates
   Index count = 0;
   std::array<double, D> from{}, to{};  // box of the parameters
+  Index repeated = 0;                  // points in memory that others repeat: merged, with their weights
   bool streamed = false;               // from the file, which is too large to be kept
   // Of points in memory (not streamed).
   Net parameters, values;
   Eigen::VectorXd weights;
 };
 
-// Files above this size are read block by block whenever their points are needed.
-inline constexpr std::uintmax_t kKeptBytes = std::uintmax_t{1} << 29;
-
+// Files larger than `keptBytes` are read block by block whenever their points are needed.
 template <int D>
-FitInput<D> fitInput(const PointFile& file, const FitColumns& columns, std::uintmax_t keptBytes = kKeptBytes);
+FitInput<D> fitInput(const PointFile& file, const FitColumns& columns, std::uintmax_t keptBytes);
 
 }  // namespace strak::cli

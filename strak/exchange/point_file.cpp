@@ -8,6 +8,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
 #include <optional>
 #include <string_view>
@@ -56,7 +57,7 @@ std::optional<std::string_view> nextWord(std::string_view& line, char separator)
   return word;
 }
 
-bool parseNumber(std::string_view word, bool decimalComma, double& value) {
+bool parseNumber(std::string_view word, bool decimalComma, double& value, bool missingToo = false) {
   std::array<char, 64> copy{};
   if (decimalComma && word.size() < copy.size()) {
     std::replace_copy(word.begin(), word.end(), copy.begin(), ',', '.');
@@ -64,15 +65,15 @@ bool parseNumber(std::string_view word, bool decimalComma, double& value) {
   }
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return error == std::errc{} && end == word.data() + word.size() && std::isfinite(value);
+  return error == std::errc{} && end == word.data() + word.size() && (missingToo || std::isfinite(value));
 }
 
 // Appends the numbers of a line; false with the offending word if one is none.
 bool parseLine(std::string_view line, char separator, bool decimalComma, std::vector<double>& numbers,
-               std::string_view& offending) {
+               std::string_view& offending, bool missingToo = false) {
   double value = 0;
   while (const auto word = nextWord(line, separator)) {
-    if (!parseNumber(*word, decimalComma, value)) {
+    if (!parseNumber(*word, decimalComma, value, missingToo)) {
       offending = *word;
       return false;
     }
@@ -103,6 +104,23 @@ Dialect dialectOf(std::string_view text) {
   }
   const auto best = std::max_element(understood.begin(), understood.end());
   return kDialects[static_cast<std::size_t>(best - understood.begin())];
+}
+
+// Without the rows that hold a number that is not finite.
+Net finiteRows(const Net& block) {
+  if (block.allFinite()) return block;
+  Net rows(block.rows(), block.cols());
+  Index count = 0;
+  for (Index r = 0; r < block.rows(); ++r) {
+    if (block.row(r).allFinite()) rows.row(count++) = block.row(r);
+  }
+  rows.conservativeResize(count, Eigen::NoChange);
+  return rows;
+}
+
+std::string tooShort(const std::filesystem::path& path, Index has, Index announced) {
+  return fmt::format("'{}' holds {} of the {} points that its header announces: it may be damaged", path.string(), has,
+                     announced);
 }
 
 std::string lowered(std::string_view text) {
@@ -149,6 +167,18 @@ void PointFile::readHead() {
   head.resize(static_cast<std::size_t>(in.gcount()));
   if (head.find_first_not_of(" \t\r\n") == head.npos) {
     throw InvalidInput(fmt::format("'{}' is empty: give a file with a row of numbers a point", path_.string()));
+  }
+  try {
+    cloud_ = cloudLayout(head);
+  } catch (const InvalidInput& problem) {
+    throw InvalidInput(fmt::format("'{}': {}", path_.string(), problem.what()));
+  }
+  if (cloud_) {
+    columns_ = static_cast<Index>(cloud_->fields.size());
+    headLines_ = cloud_->headLines;
+    headBytes_ = cloud_->headBytes;
+    for (const auto& field : cloud_->fields) names_.push_back(plainName(field.name));
+    return;
   }
   if (head.find('\0') != head.npos) {
     throw InvalidInput(fmt::format("'{}' is not a text file: convert the points to text", path_.string()));
@@ -226,11 +256,51 @@ Index PointFile::columnNamed(const std::string& name) const {
 }
 
 void PointFile::forEachBlock(const std::function<void(const Net&)>& visit) const {
+  if (cloud_ && cloud_->binary) return forEachBinaryBlock(visit);
+  if (!cloud_) return forEachTextBlock(visit);
+  // The rows behind the points (faces) are not looked at.
+  Index seen = 0;
+  forEachTextBlock([&](const Net& block) {
+    seen += block.rows();
+    const Net points = finiteRows(block);
+    if (points.rows() > 0) visit(points);
+  });
+  if (seen < cloud_->count) throw InvalidInput(tooShort(path_, seen, cloud_->count));
+}
+
+void PointFile::forEachBinaryBlock(const std::function<void(const Net&)>& visit) const {
+  std::ifstream in(path_, std::ios::binary);
+  if (!in) throw InvalidInput(fmt::format("cannot read '{}': check the name and the permissions", path_.string()));
+  in.seekg(static_cast<std::streamoff>(headBytes_));
+  const auto perBlock = static_cast<Index>(std::max<std::size_t>(kBlock / cloud_->record, 1));
+  std::vector<char> buffer(static_cast<std::size_t>(perBlock) * cloud_->record);
+  for (Index begin = 0; begin < cloud_->count;) {
+    const Index count = std::min(perBlock, cloud_->count - begin);
+    const auto bytes = static_cast<std::streamsize>(static_cast<std::size_t>(count) * cloud_->record);
+    in.read(buffer.data(), bytes);
+    if (in.gcount() != bytes) {
+      throw InvalidInput(
+          tooShort(path_, begin + static_cast<Index>(in.gcount()) / static_cast<Index>(cloud_->record), cloud_->count));
+    }
+    Net block(count, columns_);
+    tbb::parallel_for(Index{0}, count, [&](Index r) {
+      const char* record = buffer.data() + static_cast<std::size_t>(r) * cloud_->record;
+      for (Index c = 0; c < columns_; ++c) {
+        block(r, c) = cloudNumber(cloud_->fields[static_cast<std::size_t>(c)], record, cloud_->bigEndian);
+      }
+    });
+    const Net points = finiteRows(block);
+    if (points.rows() > 0) visit(points);
+    begin += count;
+  }
+}
+
+void PointFile::forEachTextBlock(const std::function<void(const Net&)>& visit) const {
   std::ifstream in(path_, std::ios::binary);
   if (!in) throw InvalidInput(fmt::format("cannot read '{}': check the name and the permissions", path_.string()));
   in.seekg(static_cast<std::streamoff>(headBytes_));
   Index linesBefore = headLines_;
-  Index gridPlace = 0;
+  Index gridPlace = 0, rowsBefore = 0;
   std::string buffer;
   struct Chunk {
     std::string_view text;
@@ -265,7 +335,7 @@ void PointFile::forEachBlock(const std::function<void(const Net&)>& visit) const
         if (isComment(line)) continue;
         const std::size_t before = chunk.numbers.size();
         std::string_view offending;
-        if (!parseLine(line, separator_, decimalComma_, chunk.numbers, offending)) {
+        if (!parseLine(line, separator_, decimalComma_, chunk.numbers, offending, cloud_.has_value())) {
           chunk.problem = fmt::format("'{}' is not a number", offending.substr(0, kShown));
         } else if (!grid_ && static_cast<Index>(chunk.numbers.size() - before) != columns_) {
           chunk.problem =
@@ -273,24 +343,33 @@ void PointFile::forEachBlock(const std::function<void(const Net&)>& visit) const
         } else {
           continue;
         }
+        chunk.numbers.resize(before);
         chunk.badLine = chunk.lines;
         return;
       }
     });
     std::size_t total = 0;
+    const auto most = cloud_ ? static_cast<std::size_t>((cloud_->count - rowsBefore) * columns_) : SIZE_MAX;
     for (const Chunk& chunk : chunks) {
-      if (chunk.badLine >= 0) {
+      if (chunk.badLine >= 0 && total + chunk.numbers.size() < most) {
         throw InvalidInput(fmt::format("'{}', line {}: {}: correct or remove it", path_.string(),
                                        linesBefore + chunk.badLine, chunk.problem));
       }
       linesBefore += chunk.lines;
       total += chunk.numbers.size();
+      if (total >= most) break;
     }
+    total = std::min(total, most);
     if (!grid_) {
       Net rows(static_cast<Index>(total) / columns_, columns_);
       double* to = rows.data();
-      for (const Chunk& chunk : chunks) to = std::copy(chunk.numbers.begin(), chunk.numbers.end(), to);
+      for (const Chunk& chunk : chunks) {
+        const auto room = rows.data() + rows.size() - to;
+        to = std::copy_n(chunk.numbers.begin(), std::min(room, static_cast<std::ptrdiff_t>(chunk.numbers.size())), to);
+      }
+      rowsBefore += rows.rows();
       if (rows.rows() > 0) visit(rows);
+      if (cloud_ && rowsBefore >= cloud_->count) return;
     } else {
       Net rows(static_cast<Index>(total), 3);
       Index count = 0;

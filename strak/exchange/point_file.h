@@ -1,15 +1,18 @@
 #pragma once
 //
-// Measured points in text files, read block by block: tables of numbers (.xyz, .csv, .txt, .dat, with or without header
-// and comments, decimal points or commas) and gridded heights (ESRI ASCII grids, with missing values).
+// Measured points, read block by block: tables of numbers (.xyz, .csv, .txt, .dat, with or without header and comments,
+// decimal points or commas), gridded heights (ESRI ASCII grids, with missing values), and point clouds (PLY, and PCD
+// that is not compressed; in text or binary form).
 //
 // Files may be larger than memory.
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "strak/exchange/cloud_layout.h"
 #include "strak/spline/spline.h"
 
 namespace strak {
@@ -29,12 +32,15 @@ class PointFile {
   std::uintmax_t bytes() const { return bytes_; }
 
   // Calls `visit` with all rows in the order of the file, some 10^5 at a time. Parsed by all threads; the same blocks
-  // whenever it is called. Throws InvalidInput with the number of the line that is not a row of `columns()` numbers.
+  // whenever it is called. Points of clouds that are not finite are missing ones and left out. Throws InvalidInput with
+  // the number of the line that is not a row of `columns()` numbers, or if the file ends too early.
   void forEachBlock(const std::function<void(const Net&)>& visit) const;
 
  private:
   void readHead();
   void readGridHead(const std::string& text);
+  void forEachBinaryBlock(const std::function<void(const Net&)>& visit) const;
+  void forEachTextBlock(const std::function<void(const Net&)>& visit) const;
 
   std::filesystem::path path_;
   std::uintmax_t bytes_ = 0;
@@ -45,6 +51,7 @@ class PointFile {
   Index headLines_ = 0;  // before the first row
   std::uintmax_t headBytes_ = 0;
 
+  std::optional<CloudLayout> cloud_;
   bool grid_ = false;
   Index gridColumns_ = 0, gridRows_ = 0;
   double left_ = 0, bottom_ = 0, cell_ = 1, missing_ = -9999;

@@ -45,8 +45,8 @@ TEST_F(FitCommand, MakesTheGraphOfAFunction) {
   const auto result = json({"fit", saddle(40, 0.01), "-o", path("out.g2"), "--size", "12x9"});
   const auto& object = result["objects"][0];
   EXPECT_EQ(object["kind"], "function");
-  EXPECT_EQ(object["points"], 1600);
-  EXPECT_EQ(object["size"], (std::vector<int>{12, 9}));
+  EXPECT_EQ(object["measured"], 1600);
+  EXPECT_EQ(object["points"], (std::vector<int>{12, 9}));
   EXPECT_EQ(object["degree"], (std::vector<int>{3, 3}));
   EXPECT_NEAR(object["rms"].get<double>(), 0.01 / std::sqrt(3.0), 5e-4);
   EXPECT_LT(object["smoothing"]["freedom"].get<double>(), 20);
@@ -172,6 +172,29 @@ TEST_F(FitCommand, IsNotMovedByOutliersWithAnotherLoss) {
             std::string::npos);
   EXPECT_NE(refusal({"fit", points, "-o", path("no.g2"), "--loss", "l1", "--tolerance", "1"}).find("--tolerance"),
             std::string::npos);
+}
+
+TEST_F(FitCommand, StreamedFilesGiveTheSame) {
+  const std::string points = saddle(120, 0.01);
+  const auto kept = json({"fit", points, "-o", path("a.g2"), "--size", "20"})["objects"][0];
+  const auto streamed = json({"fit", points, "-o", path("b.g2"), "--size", "20", "--memory", "0"})["objects"][0];
+  EXPECT_FALSE(kept["streamed"]);
+  EXPECT_TRUE(streamed["streamed"]);
+  EXPECT_EQ(text("a.g2"), text("b.g2"));
+  EXPECT_EQ(kept["worst"], streamed["worst"]);
+  EXPECT_NE(refusal({"fit", points, "-o", path("no.g2"), "--memory", "0", "--loss", "l1"}).find("thin the points out"),
+            std::string::npos);
+}
+
+TEST_F(FitCommand, RepeatedPointsCountAsOneMeasurement) {
+  const std::string once = saddle(40, 0.01);
+  const std::string all = text("saddle.csv"), rows = all.substr(all.find("x,y,z\n") + 6);
+  const auto single = json({"fit", once, "-o", path("a.g2"), "--size", "12"})["objects"][0];
+  const auto repeated =
+      json({"fit", write("thrice.csv", rows + rows + rows), "-o", path("b.g2"), "--size", "12"})["objects"][0];
+  EXPECT_NEAR(repeated["smoothing"]["freedom"].get<double>(), single["smoothing"]["freedom"].get<double>(), 1e-3);
+  ASSERT_EQ(repeated["warnings"].size(), 1);
+  EXPECT_NE(repeated["warnings"][0].get<std::string>().find("3200 points repeat others"), std::string::npos);
 }
 
 TEST_F(FitCommand, WarnsWhereThePointsAreFew) {

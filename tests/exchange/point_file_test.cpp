@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstring>
 #include <fstream>
+#include <limits>
 
 #include "strak/base/error.h"
 
@@ -80,6 +83,58 @@ TEST_F(PointFiles, ReadGridsWithMissingValues) {
   EXPECT_EQ(problem(head + "1 2 3\n4 5 6 7\n"),
             " does not hold the 2 x 3 heights that its head announces: it may be damaged");
   EXPECT_EQ(problem("ncols three\n"), ", line 1: 'ncols' needs a number");
+}
+
+template <class Number>
+std::string bytesOf(std::initializer_list<Number> numbers, bool reversed = false) {
+  std::string bytes;
+  for (const Number number : numbers) {
+    std::string one(sizeof(Number), '\0');
+    std::memcpy(one.data(), &number, sizeof(Number));
+    if (reversed) std::reverse(one.begin(), one.end());
+    bytes += one;
+  }
+  return bytes;
+}
+
+TEST_F(PointFiles, ReadPly) {
+  Net expected(2, 3);
+  expected << 1.5, -2, 3, 4, 5.25, 6;
+  const std::string points = "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n";
+  const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  EXPECT_EQ(read("ply\nformat ascii 1.0\ncomment by a test\n" + points + faces + "1.5 -2 3\n4 5.25 6\n3 0 1 1\n"),
+            expected);
+  for (const bool big : {false, true}) {
+    const std::string format = big ? "binary_big_endian" : "binary_little_endian";
+    const std::string body = bytesOf<float>({1.5F, -2, 3, 4, 5.25F, 6}, big);
+    const std::string text = "ply\nformat " + format + " 1.0\n" + points + faces + body;
+    EXPECT_EQ(read(text + "rest"), expected);
+    EXPECT_EQ(problem(text.substr(0, text.size() - 4)),
+              " holds 1 of the 2 points that its header announces: it may be damaged");
+  }
+  const PointFile mixed(
+      write("ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty double x\n"
+            "property uchar red\nproperty short y\nend_header\n" +
+            bytesOf<double>({0.1}) + bytesOf<unsigned char>({200}) + bytesOf<short>({-7})));
+  EXPECT_EQ(readPoints(mixed), Net(Eigen::RowVector3d(0.1, 200, -7)));
+  EXPECT_EQ(mixed.columnNamed("red"), 1);
+  EXPECT_EQ(problem("ply\nformat ascii 1.0\nelement face 1\n"),
+            ": the PLY file does not begin with its vertices: write it again with them first");
+  EXPECT_EQ(problem("ply\nformat ascii 1.0\n"), ": the header of the point cloud has no end: the file may be damaged");
+}
+
+TEST_F(PointFiles, ReadPcdWithMissingPoints) {
+  const std::string head =
+      "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\nPOINTS 3\n";
+  Net expected(2, 3);
+  expected << 1.5, -2, 3, 4, 5.25, 6;
+  EXPECT_EQ(read(head + "DATA ascii\n1.5 -2 3\nnan nan nan\n4 5.25 6\n"), expected);
+  const float none = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(read(head + "DATA binary\n" + bytesOf<float>({1.5F, -2, 3, none, none, none, 4, 5.25F, 6})), expected);
+  EXPECT_EQ(problem(head + "DATA ascii\n1 2 3\n"),
+            " holds 1 of the 3 points that its header announces: it may be damaged");
+  EXPECT_EQ(problem(head + "DATA binary_compressed\n"),
+            ": a PCD file with 'binary_compressed' points is not understood: convert it to binary");
 }
 
 TEST_F(PointFiles, LongFilesComeWholeAndInOrder) {

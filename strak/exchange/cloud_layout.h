@@ -1,0 +1,41 @@
+#pragma once
+//
+// How the points lie in a point cloud file (PLY, PCD): what its header says.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "strak/spline/spline.h"
+
+namespace strak {
+
+// One number of a point.
+struct CloudField {
+  enum class Type { signedInteger, unsignedInteger, real };
+  std::string name;
+  Type type = Type::real;
+  int bytes = 4;
+  std::size_t offset = 0;  // in the point's record
+};
+
+struct CloudLayout {
+  std::vector<CloudField> fields;
+  bool binary = false, bigEndian = false;
+  Index count = 0;
+  std::size_t record = 0;     // bytes a point, if binary
+  std::size_t headBytes = 0;  // where the points begin
+  Index headLines = 0;
+};
+
+// Reads the header at the beginning of `head`; nothing if it is none of a PLY or PCD file. Throws InvalidInput, without
+// the file's name, if the header is damaged or announces what is not supported (compressed points, points that are not
+// the first element).
+std::optional<CloudLayout> cloudLayout(std::string_view head);
+
+// The number of `field` in a point's record.
+double cloudNumber(const CloudField& field, const char* record, bool bigEndian);
+
+}  // namespace strak
