@@ -17,6 +17,8 @@ namespace {
 
 // Stiff enough to see through the noise to the shape whose lengths are wanted.
 constexpr double kShapeSmoothing = 1e-3;
+// Mean squares of the errors, in parts of the points' own, that are far enough above the rounding of the sums.
+constexpr double kLeastErrors = 1e-9;
 // Eigenvalues of the polynomials' Gram matrix, relative to the largest, below which the points lie on a line.
 constexpr double kLeastDetermination = 1e-12;
 
@@ -239,16 +241,26 @@ Fit<D> fitLeastSquares(const std::array<KnotVector, D>& knots, Index columns, co
 
   Fit<D> fit;
   FitSummary& summary = fit.summary;
-  // A first fit, so that the sums of squares are those of small errors.
-  Smoothed smoothed = firstFit(problem, options.smoothing, solver);
-  summary.factorizations = smoothed.factorizations;
-  FitErrors<D> errors(Spline<D>(knots, smoothed.net), options.tolerance);
-  points([&](const FitPoints<D>& block) { errors.add(block); });
-  problem.reference = smoothed.net;
-  problem.right = errors.right() / errors.weight();
-  problem.meanSquare = errors.squares() / errors.weight();
-  smoothed = smooth(problem, options.smoothing, solver);
-  summary.factorizations += smoothed.factorizations;
+  problem.meanSquare =
+      sums.squares / sums.weight - start.cwiseProduct(2 * problem.right + problem.data.times(start)).sum();
+  Smoothed smoothed;
+  const bool exact = options.smoothing.choice == Smoothing::Choice::fixed && options.smoothing.value == 0;
+  if (!exact) {
+    smoothed = smooth(problem, options.smoothing, solver);
+    summary.factorizations = smoothed.factorizations;
+  }
+  if (exact || !(smoothed.meanSquare > kLeastErrors * sums.squares / sums.weight)) {
+    // Errors that small are lost in the rounding of the sums. From a first fit they are seen, in one pass more.
+    smoothed = firstFit(problem, options.smoothing, solver);
+    summary.factorizations += smoothed.factorizations;
+    FitErrors<D> errors(Spline<D>(knots, smoothed.net), options.tolerance);
+    points([&](const FitPoints<D>& block) { errors.add(block); });
+    problem.reference = smoothed.net;
+    problem.right = errors.right() / errors.weight();
+    problem.meanSquare = errors.squares() / errors.weight();
+    smoothed = smooth(problem, options.smoothing, solver);
+    summary.factorizations += smoothed.factorizations;
+  }
 
   Net net = smoothed.net;
   meetConditions<D>(knots, options, solver, net);

@@ -84,11 +84,12 @@ struct Fit {
   std::vector<typename FitErrors<D>::Cell> cells;  // of the knot cells, the last direction fastest
 };
 
-// Fits a spline on `knots` to points with `columns` values each. Three passes over the points: the normal equations, a
-// correction of their rounding, the errors. Memory as the net. Cost: some tens of nanoseconds a point and pass, and 25
-// sparse factors (2 ms each for a bicubic 50 x 50 net) if the weight is chosen.
-// Throws InvalidInput if no point lies in the domain, a number is not finite, options contradict one another, or the
-// points do not determine the net (smoothing weight 0 or an energy that does not see what they leave open).
+// Fits a spline on `knots` to points with `columns` values each. Two passes over the points, the normal equations and
+// the errors; a third between them where the errors are so small that the rounding of the first would show. Memory as
+// the net. Cost: some tens of nanoseconds a point and pass, and 25 sparse factors (2 ms each for a bicubic 50 x 50 net)
+// if the weight is chosen. Throws InvalidInput if no point lies in the domain, a number is not finite, options
+// contradict one another, or the points do not determine the net (smoothing weight 0 or an energy that does not see
+// what they leave open).
 template <int D>
 Fit<D> fitLeastSquares(const std::array<KnotVector, D>& knots, Index columns, const PointPass<D>& points,
                        const FitOptions<D>& options = {});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace strak {
 
@@ -64,6 +65,7 @@ template <int D>
 NormalEquations<D>::NormalEquations(const std::array<KnotVector, D>& knots, Index columns)
     : sweep_({knots.begin(), knots.end()}, columns), sizes_(netSizes<D>(knots)), reach_(netReach<D>(knots)) {
   cells_.assign(static_cast<std::size_t>(sweep_.strips() * sweep_.cellsPerStrip() * sweep_.layout().length), 0.0);
+  squares_.assign(static_cast<std::size_t>(sweep_.strips()), 0.0);
 }
 
 template <int D>
@@ -72,6 +74,13 @@ void NormalEquations<D>::add(const FitPoints<D>& points) {
   const Index outside = sweep_.sweep<D>(points, count_ + outside_, [&](const StripOfPoints& strip) {
     double* cells = cells_.data() + strip.strip * sweep_.cellsPerStrip() * layout.length;
     fitkernels::chosen().addMoments(strip.points, layout, true, cells);
+    double& squares = squares_[static_cast<std::size_t>(strip.strip)];
+    for (Index r = 0; r < strip.points.count; ++r) {
+      const double* record = strip.points.records + r * strip.points.length;
+      double square = 0;
+      for (int c = 0; c < layout.columns; ++c) square += record[3 + c] * record[3 + c];
+      squares += record[2] * square;
+    }
   });
   outside_ += outside;
   count_ += points.count() - outside;
@@ -83,6 +92,7 @@ typename NormalEquations<D>::Sums NormalEquations<D>::sums() const {
   const Index line = lineLength<D>(sizes_);
   Sums result;
   result.matrix = NetMatrix(sizes_, reach_);
+  result.squares = std::accumulate(squares_.begin(), squares_.end(), 0.0);
   result.right = rightSide(sweep_, sizes_[0] * sizes_[1], line, cells_);
   const Index p1 = layout.degree[0] + 1, q1 = layout.degree[1] + 1;
   std::vector<Net> productsV;

@@ -32,9 +32,10 @@ class NormalEquations {
   Index count() const { return count_; }      // of the points inside the domain
   Index outside() const { return outside_; }  // ... and outside
 
-  // sum w, and with B(u) the basis functions at the points: sum w B B^T, sum w B z^T (a row a control point).
+  // sum w, sum w |z|^2, and with B(u) the basis functions at the points: sum w B B^T, sum w B z^T (a row a control
+  // point).
   struct Sums {
-    double weight = 0;
+    double weight = 0, squares = 0;
     NetMatrix matrix;
     Net right;
   };
@@ -45,7 +46,7 @@ class NormalEquations {
   CellSweep sweep_;
   std::array<Index, 2> sizes_;
   std::array<int, 2> reach_;
-  std::vector<double> cells_;
+  std::vector<double> cells_, squares_;  // squares by strips
   Index count_ = 0, outside_ = 0;
 };
 

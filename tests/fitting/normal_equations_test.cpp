@@ -84,6 +84,7 @@ TEST(NormalEquations, AreTheDenseOnesForManyDegrees) {
     const Eigen::MatrixXd right = basis.transpose() * cloud.weights.asDiagonal() * cloud.values;
     EXPECT_EQ(equations.count(), 500);
     EXPECT_NEAR(sums.weight, cloud.weights.sum(), 1e-10);
+    EXPECT_NEAR(sums.squares, cloud.weights.dot(cloud.values.rowwise().squaredNorm()), 1e-10);
     EXPECT_LT((dense(sums.matrix) - matrix).norm(), 1e-13 * matrix.norm()) << p << ' ' << q;
     EXPECT_LT((sums.right - right).norm(), 1e-13 * right.norm()) << p << ' ' << q;
   }
