@@ -6,6 +6,7 @@
 
 #include "apps/cli/fair_curve.h"
 #include "strak/base/error.h"
+#include "strak/metrology/self_intersection.h"
 #include "strak/metrology/trim_region.h"
 #include "strak/spline/knot_insertion.h"
 
@@ -32,11 +33,12 @@ void measure(const Object&, const Curve& before, const Curve& after, FairedObjec
 }
 
 // The same surface with the other's knots if it has them all, else as it is.
-Surface onKnotsOf(const Surface& surface, const Surface& other) {
+template <int D>
+Spline<D> onKnotsOf(const Spline<D>& spline, const Spline<D>& other) {
   try {
-    return refine(surface, other.knots());
+    return refine(spline, other.knots());
   } catch (const InvalidInput&) {
-    return surface;
+    return spline;
   }
 }
 
@@ -55,6 +57,18 @@ void measure(const Object& object, const Surface& original, const Surface& after
 
 void measure(const Object&, const Volume&, const Volume&, FairedObject&) {}
 
+// Only what has moved is looked at; that needs the same knots.
+template <int D>
+void lookForMeeting(const Spline<D>& before, const Spline<D>& after, FairedObject& entry) {
+  if constexpr (D < 3) {
+    const Index dimension = after.pointDimension();
+    if (dimension != 3 && (D == 2 || dimension != 2)) return;
+    const auto meeting = meetingAfterMove(onKnotsOf(before, after), after);
+    entry.meeting = meeting.found.answer;
+    entry.newMeeting = meeting.isNew;
+  }
+}
+
 }  // namespace
 
 template <int D>
@@ -67,6 +81,7 @@ void describeResult(const Object& object, const Spline<D>& before, Spline<D> aft
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   entry.plate = {kNone, kNone};
   measure(object, before, after, entry);
+  lookForMeeting(before, after, entry);
   for (int k = 0; k < D; ++k) entry.points[static_cast<std::size_t>(k)] = after.size(k);
   entry.after = std::move(after);
 }

@@ -49,6 +49,9 @@ void fairExactly(const Object& object, const Curve& curve, const std::array<Inde
                     "curvature variation does not fall below a fifth; left as it was",
                     faired.before.extrema)};
   }
+  if (faired.summary.stopReason == StopReason::meetsItself) {
+    entry.notes = {"fairing makes it intersect itself: left as it was"};
+  }
   enter(object, curve, plan.onInput(faired.spline), faired.summary, entry);
   if (!faired.extremaReached) {
     entry.notes.push_back(

@@ -145,6 +145,8 @@ double heldMove(const FacePlan& plan, const Surface& after) {
 
 const char* const kNothingGained = "already as fair as the tolerance and the held points allow: left as it was";
 
+const char* const kMeetsItself = "every move that was tried makes it intersect itself: left as it was";
+
 template <class Options>
 Options optionsInSpace(const FairModelOptions& options, const Progress& progress) {
   Options result;
@@ -159,8 +161,14 @@ Options optionsInSpace(const FairModelOptions& options, const Progress& progress
 Faired<2> fairInSpace(const FacePlan& plan, const FairModelOptions& options, const Progress& progress,
                       FairedObject& entry) {
   if (options.energy == kExactEnergy) {
-    ExactFairing faired = fairExactly(plan.spline, plan.held, optionsInSpace<ExactFairingOptions>(options, progress));
-    if (!(faired.summary.largestMove > 0)) entry.notes = {kNothingGained};
+    const auto exact = optionsInSpace<ExactFairingOptions>(options, progress);
+    ExactFairing faired = fairExactly(plan.spline, plan.held, exact);
+    if (!(faired.summary.largestMove > 0)) {
+      entry.notes = {faired.summary.stopReason == StopReason::meetsItself ? kMeetsItself : kNothingGained};
+    } else if (faired.tolerance < exact.tolerance) {
+      entry.notes.push_back(
+          fmt::format("the whole tolerance makes it intersect itself: faired within {}", number(faired.tolerance)));
+    }
     return {std::move(faired.spline), faired.summary};
   }
   DataDependentFairing faired =

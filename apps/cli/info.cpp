@@ -14,6 +14,7 @@
 #include "strak/exchange/model.h"
 #include "strak/fairing/plan_face.h"
 #include "strak/metrology/fairness.h"
+#include "strak/metrology/self_intersection.h"
 
 namespace strak::cli {
 
@@ -21,7 +22,7 @@ namespace {
 
 struct InfoArguments {
   std::string input;
-  bool fairness = false, json = false;
+  bool fairness = false, meetings = false, json = false;
   std::string commandLine;
 };
 
@@ -37,6 +38,7 @@ struct Facts {
   std::string leftAlone;
   std::optional<SurfaceFairness> surface;
   std::optional<CurveFairness> curve;
+  std::optional<SelfMeeting> meeting;
 };
 
 template <int D>
@@ -49,7 +51,7 @@ FairingPlan<D> planOf(const Object& object, const Spline<D>& spline) {
 }
 
 template <int D>
-Facts factsOf(const Object& object, const Spline<D>& spline, bool fairness) {
+Facts factsOf(const Object& object, const Spline<D>& spline, const InfoArguments& arguments) {
   Facts facts;
   facts.rational = spline.isRational();
   facts.dimension = spline.pointDimension();
@@ -70,7 +72,11 @@ Facts factsOf(const Object& object, const Spline<D>& spline, bool fairness) {
     facts.freePoints = plan.freePoints;
     facts.knotsInserted = plan.knotsInserted;
   }
-  if (fairness) {
+  if constexpr (D < 3) {
+    const bool known = facts.dimension == 3 || (D == 1 && facts.dimension == 2);
+    if (arguments.meetings && known) facts.meeting = findSelfIntersection(spline).answer;
+  }
+  if (arguments.fairness) {
     if constexpr (D == 2) {
       if (facts.dimension == 3) facts.surface = surfaceFairness(spline);
     } else if constexpr (D == 1) {
@@ -80,9 +86,9 @@ Facts factsOf(const Object& object, const Spline<D>& spline, bool fairness) {
   return facts;
 }
 
-Facts factsOf(const Object& object, bool fairness) {
+Facts factsOf(const Object& object, const InfoArguments& arguments) {
   if (object.spline) {
-    return std::visit([&](const auto& spline) { return factsOf(object, spline, fairness); }, *object.spline);
+    return std::visit([&](const auto& spline) { return factsOf(object, spline, arguments); }, *object.spline);
   }
   Facts facts;
   facts.leftAlone = object.leftAlone.empty() ? "it is not a B-spline" : object.leftAlone;
@@ -105,6 +111,7 @@ Json objectJson(std::size_t number, const Object& object, const Facts& facts) {
   Json shared = Json::array();
   for (Index other : object.sharedWith) shared.push_back(other + 1);
   json["shared_with"] = shared;
+  if (facts.meeting) json["self_intersection"] = selfMeetingName(*facts.meeting);
   if (facts.surface) {
     json["fairness"] = {{"area", facts.surface->area},
                         {"plate", facts.surface->plate},
@@ -156,9 +163,10 @@ void printHead(const InfoArguments& arguments, const Model& model, const Audit& 
   fmt::print("{}", joinCountText(joins, model.unit()));
 }
 
-void printTable(const Model& model, const std::vector<Facts>& facts, bool fairness) {
+void printTable(const Model& model, const std::vector<Facts>& facts, const InfoArguments& arguments) {
   std::vector<std::string> headings{"#", "<object", "<kind", "<degree", "<net", "<inner", "<can be faired"};
-  if (fairness) headings.insert(headings.end() - 1, {"plate", "variation", "isophotes"});
+  if (arguments.fairness) headings.insert(headings.end() - 1, {"plate", "variation", "isophotes"});
+  if (arguments.meetings) headings.insert(headings.end() - 1, "<meets itself");
   Table table(headings);
   for (std::size_t i = 0; i < facts.size(); ++i) {
     const Object& object = model.objects()[i];
@@ -167,7 +175,7 @@ void printTable(const Model& model, const std::vector<Facts>& facts, bool fairne
                                  object.kind,           times(f.degree),
                                  times(f.points),       f.continuity ? fmt::format("C{}", *f.continuity) : "",
                                  fairableText(f)};
-    if (fairness) {
+    if (arguments.fairness) {
       const auto figures =
           f.surface ? std::vector{number(f.surface->plate), number(f.surface->curvatureVariation),
                                   number(f.surface->isophoteRoughness)}
@@ -175,6 +183,7 @@ void printTable(const Model& model, const std::vector<Facts>& facts, bool fairne
                     : std::vector<std::string>(3);
       row.insert(row.end() - 1, figures.begin(), figures.end());
     }
+    if (arguments.meetings) row.insert(row.end() - 1, f.meeting ? selfMeetingName(*f.meeting) : "");
     table.add(row);
   }
   fmt::print("{}", table.text());
@@ -186,10 +195,10 @@ void info(const InfoArguments& arguments) {
   const Audit audit = model->audit();
   const std::vector<EdgeJoin> joins = joinsOf(*model);
   std::vector<Facts> facts;
-  for (const Object& object : model->objects()) facts.push_back(factsOf(object, arguments.fairness));
+  for (const Object& object : model->objects()) facts.push_back(factsOf(object, arguments));
   if (!arguments.json) {
     printHead(arguments, *model, audit, joins);
-    printTable(*model, facts, arguments.fairness);
+    printTable(*model, facts, arguments);
     return;
   }
   Json json = jsonHead(arguments.commandLine, {arguments.input});
@@ -214,6 +223,8 @@ void addInfo(CLI::App& program, const std::string& commandLine) {
   command->add_option("FILE", arguments->input, "STEP, IGES, BREP, .g2 or JSON file")->required();
   command->add_flag("--fairness", arguments->fairness,
                     "Figures of fairness too: exact bending energy, curvature variation, isophote roughness");
+  command->add_flag("--self-intersections", arguments->meetings,
+                    "Whether objects intersect themselves: free (proven), intersects (shown) or undecided");
   command->add_flag("--json", arguments->json, "Print one JSON object instead of the table");
   command->footer("Example:\n  strak info hood.step --fairness");
   command->callback([arguments] { info(*arguments); });

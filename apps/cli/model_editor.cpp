@@ -53,6 +53,12 @@ void ModelEditor::accept(const std::vector<Group>& groups, bool bordersMove) {
   if (groups.empty()) return;
   std::vector<Group> changed;
   for (const Group& group : groups) {
+    const auto meets = [&](Index index) { return entry(index).newMeeting; };
+    if (std::any_of(group.begin(), group.end(), meets)) {
+      refuse(group, group.size() == 1 ? "the move makes it intersect itself: use a smaller tolerance"
+                                      : "the move makes one of the faces intersect itself: use a smaller tolerance");
+      continue;
+    }
     try {
       put(group, true, bordersMove);
       changed.push_back(group);

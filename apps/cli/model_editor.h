@@ -18,9 +18,9 @@ class ModelEditor {
   ModelEditor(Model& model, const Audit& before, std::vector<FairedObject>& entries)
       : model_(model), before_(before), after_(before), entries_(entries) {}
 
-  // Accepts all groups at once if it can, else halves the set until the culprits are alone: few audits for few
-  // culprits. The entries of a refused group lose their result and say why. `bordersMove`: edges follow the faces, of a
-  // single face, too; always those of several.
+  // Refuses groups with a spline that newly meets itself. Accepts all others at once if it can, else halves the set
+  // until the culprits are alone: few audits for few culprits. The entries of a refused group lose their result and say
+  // why. `bordersMove`: edges follow the faces, of a single face, too; always those of several.
   void accept(const std::vector<Group>& groups, bool bordersMove = false);
 
   const Audit& audit() const { return after_; }

@@ -14,7 +14,9 @@
 #include "strak/fairing/plan_curve.h"
 #include "strak/metrology/fairness.h"
 #include "strak/metrology/plane_of_points.h"
+#include "strak/metrology/self_intersection.h"
 #include "strak/solve/hull_minimizer.h"
+#include "strak/spline/knot_insertion.h"
 
 namespace strak {
 
@@ -333,6 +335,14 @@ ExactCurveFairing fairCurveExactly(const Curve& curve, const ExactCurveFairingOp
       summary.largestMove = displacement.rowwise().norm().maxCoeff();
       if (!(result.deviation.upper <= options.tolerance))
         throw Failure("the certified deviation of a faired curve exceeds its tolerance");
+      if (meetingAfterMove(curve, result.spline).isNew) {
+        result.spline = curve;
+        result.deviation = {};
+        result.after = result.before;
+        summary.energyAfter = summary.energyBefore;
+        summary.largestMove = 0;
+        summary.stopReason = StopReason::meetsItself;
+      }
     }
   }
   result.extremaReached = options.maxExtrema < 0 || result.after.extrema <= options.maxExtrema;

@@ -34,7 +34,7 @@ struct CurveFigures {
 struct ExactCurveFairing {
   Curve spline;
   // energy: curvature variation; gap: infinite, the problem is not convex; steps: Gauss-Newton steps. Stop reasons:
-  // gain (converged), steps, cancelled, precision, nothingFree.
+  // gain (converged), steps, cancelled, precision, nothingFree, meetsItself.
   FairingSummary summary;
   CurveFigures before, after;
   Deviation<1> deviation;
@@ -45,7 +45,8 @@ struct ExactCurveFairing {
 // Fairs a curve of the plane or of space, polynomial or rational (weights stay). Planar curves in space stay in their
 // plane. Guarded: the result has no larger bending energy or curvature variation, no more curvature extrema than the
 // input (rounding and the threshold of counting aside), and its certified deviation is within the tolerance; where no
-// step keeps all of that the input comes back. With `leaveFair` a curve also comes back as it is if fairing neither
+// step keeps all of that the input comes back, and so it does where the result meets itself and the input does not
+// (meetingAfterMove). With `leaveFair` a curve also comes back as it is if fairing neither
 // removes a curvature extremum nor brings its curvature variation below a fifth: then it would only be reshaped, a nose
 // made rounder.
 // Knots of multiplicity `degree` are corners: hold their neighbours (plan_curve.h does).

@@ -7,12 +7,14 @@
 #include "strak/energy/shape_energy.h"
 #include "strak/energy/shape_residuals.h"
 #include "strak/fairing/shape_descent.h"
+#include "strak/metrology/self_intersection.h"
 #include "strak/spline/evaluate.h"
 
 namespace strak {
 
 namespace {
 
+constexpr int kSmallerMoves = 3;      // tried where a result meets itself
 constexpr double kLittle = 0.01;      // of the figures: less is not worth a move
 constexpr double kDiverges = 0.01;    // relative error of integrals that will not converge
 constexpr double kBlowUp = 30;        // of the roughness: what a cell must have, by one place in it, to be singular
@@ -97,24 +99,15 @@ HeldPoints holdSingularPlaces(const ShapePatch& patch, const HeldPoints& held) {
   return found && std::count(result.begin(), result.end(), 0) > 0 ? result : HeldPoints();
 }
 
-}  // namespace
+struct Attempt {
+  ShapeDescent descent;
+  Index unknowns = 0;
+};
 
-ExactFairing fairExactly(const Surface& input, const HeldPoints& held, const ExactFairingOptions& options) {
-  if (!(options.tolerance >= 0)) throw InvalidInput("the tolerance must not be negative: give a length");
-  if (!held.empty() && static_cast<Index>(held.size()) != input.net().rows()) {
-    throw InvalidInput("the list of held points must have one entry a control point");
-  }
-  ShapePatch patch = patchOf(input, options.tolerance > 0 ? held : HeldPoints(input.net().rows(), 1));
-  if (!(options.tolerance < kUnlimited) &&
-      std::find(patch.unknownOf.begin(), patch.unknownOf.end(), -1) == patch.unknownOf.end()) {
-    throw InvalidInput(
-        "without a tolerance the fairest surface is a plane: give a tolerance, or hold rows at its borders");
-  }
-  const ShapeDescentOptions descentOptions{.tolerance = options.tolerance,
-                                           .ballsOnPoints = options.ballsOnPoints,
-                                           .maxSteps = options.maxSteps,
-                                           .progress = options.progress};
-  ShapeDescent descent = descendShape({patch}, {}, descentOptions);
+Attempt attempt(const Surface& input, const HeldPoints& held, const ShapeDescentOptions& options) {
+  ShapePatch patch = patchOf(input, held);
+  Attempt result{descendShape({patch}, {}, options)};
+  ShapeDescent& descent = result.descent;
   const auto gainsLittle = [&] {
     const SurfaceFairness &before = descent.before.front(), &after = descent.after.front();
     return !(after.isophoteRoughness < (1 - kLittle) * before.isophoteRoughness) &&
@@ -123,7 +116,7 @@ ExactFairing fairExactly(const Surface& input, const HeldPoints& held, const Exa
   const auto again = [&](const HeldPoints& calm) {
     if (calm.empty() || descent.stopReason == StopReason::cancelled) return;
     patch = patchOf(input, calm);
-    descent = descendShape({patch}, {}, descentOptions);
+    descent = descendShape({patch}, {}, options);
   };
   if (descent.after.front().relativeError > kDiverges) again(holdSingularPlaces(patch, held));
   // A singular corner, say, whose roughness drowns all the rest: without it there may be something to gain.
@@ -133,8 +126,44 @@ ExactFairing fairExactly(const Surface& input, const HeldPoints& held, const Exa
     descent.surfaces.front() = input;
     descent.after = descent.before;
   }
-  const Index unknowns = std::count_if(patch.unknownOf.begin(), patch.unknownOf.end(), [](int u) { return u >= 0; });
-  ExactFairing result{std::move(descent.surfaces.front()), descent.before.front(), descent.after.front(), {}};
+  result.unknowns = std::count_if(patch.unknownOf.begin(), patch.unknownOf.end(), [](int u) { return u >= 0; });
+  return result;
+}
+
+double largestMove(const Surface& a, const Surface& b) {
+  return (a.euclideanNet() - b.euclideanNet()).rowwise().norm().maxCoeff();
+}
+
+}  // namespace
+
+ExactFairing fairExactly(const Surface& input, const HeldPoints& held, const ExactFairingOptions& options) {
+  if (!(options.tolerance >= 0)) throw InvalidInput("the tolerance must not be negative: give a length");
+  if (!held.empty() && static_cast<Index>(held.size()) != input.net().rows()) {
+    throw InvalidInput("the list of held points must have one entry a control point");
+  }
+  const HeldPoints all = options.tolerance > 0 ? held : HeldPoints(static_cast<std::size_t>(input.net().rows()), 1);
+  if (!(options.tolerance < kUnlimited) && std::find(all.begin(), all.end(), 1) == all.end()) {
+    throw InvalidInput(
+        "without a tolerance the fairest surface is a plane: give a tolerance, or hold rows at its borders");
+  }
+  ShapeDescentOptions descentOptions{.tolerance = options.tolerance,
+                                     .ballsOnPoints = options.ballsOnPoints,
+                                     .maxSteps = options.maxSteps,
+                                     .progress = options.progress};
+  Attempt best = attempt(input, all, descentOptions);
+  ShapeDescent& descent = best.descent;
+  for (int smaller = 0; meetingAfterMove(input, descent.surfaces.front()).isNew; ++smaller) {
+    if (smaller == kSmallerMoves || descent.stopReason == StopReason::cancelled) {
+      descent.surfaces.front() = input;
+      descent.after = descent.before;
+      descent.stopReason = StopReason::meetsItself;
+      break;
+    }
+    descentOptions.tolerance = std::min(descentOptions.tolerance, largestMove(input, descent.surfaces.front())) / 2;
+    best = attempt(input, all, descentOptions);
+  }
+  ExactFairing result{
+      std::move(descent.surfaces.front()), descent.before.front(), descent.after.front(), {}, descentOptions.tolerance};
   FairingSummary& summary = result.summary;
   summary.energyBefore = result.before.isophoteRoughness;
   summary.energyAfter = result.after.isophoteRoughness;
@@ -142,10 +171,9 @@ ExactFairing fairExactly(const Surface& input, const HeldPoints& held, const Exa
   summary.steps = descent.steps;
   summary.stopReason = descent.stopReason;
   summary.seconds = descent.seconds;
-  summary.freePoints = unknowns;
+  summary.freePoints = best.unknowns;
   summary.activePoints = descent.activeRows;
-  const Net before = input.euclideanNet(), after = result.spline.euclideanNet();
-  summary.largestMove = (after - before).rowwise().norm().maxCoeff();
+  summary.largestMove = largestMove(input, result.spline);
   return result;
 }
 

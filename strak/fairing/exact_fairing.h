@@ -34,14 +34,17 @@ struct ExactFairing {
   Surface spline;
   SurfaceFairness before, after;  // over the knot cells that free points move, integrated adaptively
   FairingSummary summary;         // its energy is the isophote roughness; the gap is not a number: not convex
+  double tolerance = 0;           // what was used: less than the given one where all of it made the surface meet itself
 };
 
 // Fairs `input`, rational or not; `held` as holdStrips gives it. The result has no larger plate energy, curvature
 // variation or roughness than the input, nor a larger mean curvature jump at a knot line that is only C1, and the
 // distance of the two at any parameter is at most the tolerance. If less than 1 % can be gained that way the input
-// comes back unchanged. Invariant under rescaled knots and units, to 1e-9 of the tolerance. Throws InvalidInput unless
-// the surface lies in space; or if there is no tolerance and no held point. Cost: 5 to 15 steps of one assembly (O((p +
-// 1)^6) a cell) and some sparse factorisations, O(n^3) for n x n nets.
+// comes back unchanged. A result that meets itself where the input does not (meetingAfterMove) is thrown away: half the
+// tolerance is tried, three times, and then the input comes back with StopReason::meetsItself. Invariant under rescaled
+// knots and units, to 1e-9 of the tolerance. Throws InvalidInput unless the surface lies in space; or if there is no
+// tolerance and no held point. Cost: 5 to 15 steps of one assembly (O((p + 1)^6) a cell) and some sparse
+// factorisations, O(n^3) for n x n nets.
 ExactFairing fairExactly(const Surface& input, const HeldPoints& held, const ExactFairingOptions& options = {});
 
 }  // namespace strak

@@ -18,6 +18,8 @@ const char* stopReasonName(StopReason reason) {
       return "stalled";
     case StopReason::nothingFree:
       return "nothing-free";
+    case StopReason::meetsItself:
+      return "meets-itself";
   }
   return "unknown";
 }

@@ -20,9 +20,10 @@ enum class StopReason {
   precision,    // no further progress in double precision; the gap says how far it came
   stalled,      // the literal ranking (6) keeps choosing points that cannot move: the paper's hang-up
   nothingFree,  // every point is held, or the tolerance is zero
+  meetsItself,  // every move tried makes the spline intersect itself: it is the input
 };
 
-// "gap", "gain", "steps", "cancelled", "precision", "stalled", "nothing-free".
+// "gap", "gain", "steps", "cancelled", "precision", "stalled", "nothing-free", "meets-itself".
 const char* stopReasonName(StopReason reason);
 
 struct FairingSummary {

@@ -467,17 +467,19 @@ SelfIntersection<D> findSelfIntersection(const Spline<D>& spline, const SelfInte
 }
 
 template <int D>
-bool newlyMeetsItself(const Spline<D>& before, const Spline<D>& after) {
+MovedMeeting<D> meetingAfterMove(const Spline<D>& before, const Spline<D>& after) {
   SelfIntersectionOptions<D> options;
   options.unchangedFrom = &before;
-  if (findSelfIntersection(after, options).answer != SelfMeeting::intersects) return false;
+  MovedMeeting<D> result{findSelfIntersection(after, options), false};
+  if (result.found.answer != SelfMeeting::intersects) return result;
   options.unchangedFrom = &after;
-  return findSelfIntersection(before, options).answer != SelfMeeting::intersects;
+  result.isNew = findSelfIntersection(before, options).answer != SelfMeeting::intersects;
+  return result;
 }
 
 template SelfIntersection<1> findSelfIntersection(const Curve&, const SelfIntersectionOptions<1>&);
 template SelfIntersection<2> findSelfIntersection(const Surface&, const SelfIntersectionOptions<2>&);
-template bool newlyMeetsItself(const Curve&, const Curve&);
-template bool newlyMeetsItself(const Surface&, const Surface&);
+template MovedMeeting<1> meetingAfterMove(const Curve&, const Curve&);
+template MovedMeeting<2> meetingAfterMove(const Surface&, const Surface&);
 
 }  // namespace strak

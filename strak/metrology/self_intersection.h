@@ -50,8 +50,14 @@ struct SelfIntersectionOptions {
 template <int D>
 SelfIntersection<D> findSelfIntersection(const Spline<D>& spline, const SelfIntersectionOptions<D>& options = {});
 
-// Whether moving `before` to `after` (on the same knots) made it meet itself: `after` is shown to, and `before` is not.
 template <int D>
-bool newlyMeetsItself(const Spline<D>& before, const Spline<D>& after);
+struct MovedMeeting {
+  SelfIntersection<D> found;  // of what the move changed: free means that it made no new meeting
+  bool isNew = false;         // it is shown to meet itself, and before the move it was not
+};
+
+// Whether moving `before` to `after` made it meet itself. On the same knots only cells that have moved are looked at.
+template <int D>
+MovedMeeting<D> meetingAfterMove(const Spline<D>& before, const Spline<D>& after);
 
 }  // namespace strak

@@ -24,6 +24,11 @@ Json fairness(const CurveFairness& f) {
   return {{"length", f.length}, {"bending", f.bending}, {"curvature_variation", f.curvatureVariation}};
 }
 
+// A new one is refused, so one that is there was there before.
+const char* meetingName(SelfMeeting meeting) {
+  return meeting == SelfMeeting::intersects ? "as-before" : selfMeetingName(meeting);
+}
+
 Json objectJson(const FairedObject& object) {
   Json json{{"name", object.name}, {"kind", object.kind}, {"degree", object.degree}, {"points", object.points}};
   json["left_alone"] = object.leftAlone.empty() ? Json(nullptr) : Json(object.leftAlone);
@@ -41,6 +46,7 @@ Json objectJson(const FairedObject& object) {
   json["deviation"] = {{"control_points", object.controlPointMove},
                        {"lower", object.deviationLower},
                        {"certified", object.deviationUpper}};
+  if (object.meeting) json["self_intersection"] = meetingName(*object.meeting);
   json["held_max_move"] = object.heldMaxMove;
   json["free_points"] = summary.freePoints;
   json["active_points"] = summary.activePoints;

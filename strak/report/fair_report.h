@@ -9,6 +9,7 @@
 #include "strak/exchange/model.h"
 #include "strak/fairing/faired.h"
 #include "strak/metrology/fairness.h"
+#include "strak/metrology/self_intersection.h"
 #include "strak/report/before_after.h"
 #include "strak/report/edge_joins.h"
 
@@ -35,10 +36,12 @@ struct FairedObject {
   BeforeAfter plate;               // the exact bending energy: int k1^2 + k2^2 dA, of curves int k^2 ds
   std::optional<SurfaceFairness> fairnessBefore, fairnessAfter;  // of surfaces in space
   std::optional<CurveChange> curve;                              // of curves of the plane and of space
-  double deviationLower = 0;    // certified: the largest distance really reached and ...
-  double deviationUpper = 0;    // ... the bound that none exceeds, model units
-  double controlPointMove = 0;  // largest move of a control point
-  double heldMaxMove = 0;       // largest move of a held control point
+  double deviationLower = 0;           // certified: the largest distance really reached and ...
+  double deviationUpper = 0;           // ... the bound that none exceeds, model units
+  double controlPointMove = 0;         // largest move of a control point
+  double heldMaxMove = 0;              // largest move of a held control point
+  std::optional<SelfMeeting> meeting;  // whether what moved meets itself (curves and surfaces)
+  bool newMeeting = false;             // ... where it did not before
 
   // What was done to its knots, where that was asked for.
   struct Simplified {
@@ -80,7 +83,8 @@ std::string fairReportHtml(const FairReport& report);
 // seconds.
 // An object: name, kind, degree, points, left_alone or null, notes and, if it was faired, energy {name, before, after},
 // plate {before, after}, of curves also curve {before, after} and curvatureExtrema {before, after}, deviation
-// {control_points, lower, certified}, held_max_move, steps, gap, stop_reason, seconds; with --simplify also simplified
+// {control_points, lower, certified}, self_intersection (free: the move made none, proven; undecided; as-before: the
+// input has one, too), held_max_move, steps, gap, stop_reason, seconds; with --simplify also simplified
 // {knotsRemoved, pointsBefore, pointsAfter}, with --smooth-knots smoothed_knots {smoothed, kept, deviation}. A join:
 // edge, faces (object numbers from 1), gap, angle (degrees), curvature, angle_rms, curvature_rms, kind, each {before,
 // after}. Numbers read back to the same doubles; infinities and NaN are null.

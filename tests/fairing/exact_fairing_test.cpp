@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "strak/base/error.h"
 #include "strak/fairing/hull_rows.h"
+#include "strak/fairing/shape_descent.h"
 #include "strak/metrology/continuity.h"
 #include "strak/metrology/deviation.h"
+#include "strak/metrology/self_intersection.h"
 #include "tests/energy/shape_surfaces.h"
 
 namespace strak {
@@ -191,6 +195,50 @@ TEST(HullRows, AreRefinedWhereTheyAreActive) {
   EXPECT_EQ(levels[0].back(), 1);
   EXPECT_FALSE(
       refineActive(input, unknownOf, rows, 0, Eigen::VectorXd(0.1 * e), 0.9, 3, levels = evenLevels(input, 1)));
+}
+
+// A sheet folded over itself; the upper half, held, hangs down into a dent of the lower one. Fairing wants to press the
+// dent out, through the other half.
+struct FoldedSheet {
+  Surface surface;
+  HeldPoints held;
+};
+
+FoldedSheet foldedSheet() {
+  const std::vector<std::array<double, 2>> section{
+      {0, 0},  {1, 0}, {2, 0},   {3, 0},   {4, 0},   {5, 0},   {6, 0},   {7, 0},   {8, 0},   {9, 0},   {10, 1},
+      {10, 2}, {9, 1}, {8, 0.3}, {7, 0.2}, {6, 0.2}, {5, 0.2}, {4, 0.2}, {3, 0.2}, {2, 0.2}, {1, 0.2}, {0, 0.2}};
+  const KnotVector u = KnotVector::uniformClamped(3, static_cast<Index>(section.size()) - 3),
+                   v = KnotVector::uniformClamped(3, 8);
+  Net net(u.size() * v.size(), 3);
+  HeldPoints held(static_cast<std::size_t>(net.rows()), 0);
+  for (Index i = 0; i < u.size(); ++i) {
+    const auto [x, z] = section[static_cast<std::size_t>(i)];
+    const bool upper = i > 10;
+    for (Index j = 0; j < v.size(); ++j) {
+      const double y = static_cast<double>(j), r = std::hypot(x - 4, y - 5);
+      const double dent = upper ? 0.6 * std::exp(-r * r / 4) : 0.8 * std::exp(-r * r / 2);
+      net.row(i * v.size() + j) << x, y, z - dent;
+      if (upper || j < 2 || j >= v.size() - 2 || i < 2) held[static_cast<std::size_t>(i * v.size() + j)] = 1;
+    }
+  }
+  return {Surface({u, v}, std::move(net)), held};
+}
+
+TEST(ExactFairing, AMoveThatMakesASheetMeetItselfIsTakenBack) {
+  const FoldedSheet sheet = foldedSheet();
+  ASSERT_EQ(findSelfIntersection(sheet.surface).answer, SelfMeeting::free);
+  ShapePatch patch{sheet.surface, {}};
+  int unknowns = 0;
+  for (std::uint8_t held : sheet.held) patch.unknownOf.push_back(held ? -1 : unknowns++);
+  const ShapeDescent unguarded = descendShape({patch}, {}, {.tolerance = 0.7});
+  ASSERT_TRUE(meetingAfterMove(sheet.surface, unguarded.surfaces.front()).isNew) << "else this shows nothing";
+
+  const ExactFairing result = fairExactly(sheet.surface, sheet.held, {.tolerance = 0.7});
+  EXPECT_EQ(findSelfIntersection(result.spline).answer, SelfMeeting::free);
+  expectBetter(sheet.surface, result, result.tolerance, sheet.held);
+  EXPECT_LT(result.tolerance, 0.7);
+  EXPECT_LT(result.after.isophoteRoughness, 0.99 * result.before.isophoteRoughness) << "a smaller move was possible";
 }
 
 }  // namespace

@@ -195,13 +195,13 @@ TEST(SelfIntersection, NeverCallsACrossingFree) {
 
 TEST(SelfIntersection, LooksAtWhatAMoveChanged) {
   const Surface free = drawn(fold(0.1)), through = drawn(fold(-0.1));
-  EXPECT_TRUE(newlyMeetsItself(free, through));
-  EXPECT_FALSE(newlyMeetsItself(through, free));
-  EXPECT_FALSE(newlyMeetsItself(free, free));
+  EXPECT_TRUE(meetingAfterMove(free, through).isNew);
+  EXPECT_FALSE(meetingAfterMove(through, free).isNew);
+  EXPECT_FALSE(meetingAfterMove(free, free).isNew);
   // It met itself before, and at the same place.
   Surface moved = through;
   moved.net().row(0).array() += 0.01;
-  EXPECT_FALSE(newlyMeetsItself(through, moved));
+  EXPECT_FALSE(meetingAfterMove(through, moved).isNew);
   SelfIntersectionOptions<2> nothing;
   nothing.unchangedFrom = &through;
   EXPECT_EQ(findSelfIntersection(through, nothing).answer, SelfMeeting::free);
