@@ -1,7 +1,9 @@
 #include "strak/fairing/exact_fairing.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "strak/base/error.h"
 #include "strak/energy/shape_energy.h"
@@ -14,12 +16,13 @@ namespace strak {
 
 namespace {
 
-constexpr int kSmallerMoves = 3;      // tried where a result meets itself
-constexpr double kLittle = 0.01;      // of the figures: less is not worth a move
-constexpr double kDiverges = 0.01;    // relative error of integrals that will not converge
-constexpr double kBlowUp = 30;        // of the roughness: what a cell must have, by one place in it, to be singular
-constexpr double kSingular = 0.9999;  // of the roughness in ...
-constexpr double kFewCells = 0.05;    // ... this part of the cells at most
+constexpr int kSmallerMoves = 3;       // tried where a result meets itself
+constexpr double kLittle = 0.01;       // of the figures: less is not worth a move
+constexpr double kDiverges = 0.01;     // relative error of integrals that will not converge
+constexpr double kBlowUp = 30;         // of the roughness: what a cell must have, by one place in it, to be singular
+constexpr double kSingular = 0.9999;   // of the roughness in ...
+constexpr double kMostlyRight = 0.01;  // relative error of the sum over cells that converge
+constexpr double kFewCells = 0.05;     // ... this part of the cells at most
 
 ShapePatch patchOf(const Surface& input, const HeldPoints& held) {
   ShapePatch patch{input, std::vector<int>(static_cast<std::size_t>(input.net().rows()), -1)};
@@ -99,13 +102,45 @@ HeldPoints holdSingularPlaces(const ShapePatch& patch, const HeldPoints& held) {
   return found && std::count(result.begin(), result.end(), 0) > 0 ? result : HeldPoints();
 }
 
+// The held points and those of the cells whose roughness finer quadratures do not agree on: there the integral
+// diverges, at a cusp inside a cell, say, and drowns the rest. As few cells as leave a sum that is mostly right; `held`
+// itself if all converge or nothing else would be free.
+HeldPoints holdDivergingCells(const Surface& surface, HeldPoints held) {
+  const int least = std::max(surface.degree(0), surface.degree(1)) + 1;
+  for (int nodes : {least, 2 * least}) {
+    const ShapePatch patch = patchOf(surface, held);
+    const Net net = surface.euclideanNet();
+    auto cells = ShapeEnergy(surface, patch.unknownOf, nodes).roughnessOfCells(net);
+    const auto finer = ShapeEnergy(surface, patch.unknownOf, 2 * nodes).roughnessOfCells(net);
+    std::vector<std::size_t> order(cells.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto error = [&](std::size_t c) { return std::abs(finer[c].roughness - cells[c].roughness); };
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return error(a) < error(b); });
+    double sum = 0, errors = 0;
+    std::size_t calm = 0;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      sum += finer[order[i]].roughness;
+      errors += error(order[i]);
+      if (errors <= kMostlyRight * sum) calm = i + 1;
+    }
+    HeldPoints more = held;
+    more.resize(patch.unknownOf.size(), 0);
+    for (std::size_t i = calm; i < order.size(); ++i) {
+      for (Index row : cells[order[i]].points) more[static_cast<std::size_t>(row)] = 1;
+    }
+    if (std::count(more.begin(), more.end(), 0) > 0) held = std::move(more);
+  }
+  return held;
+}
+
 struct Attempt {
   ShapeDescent descent;
   Index unknowns = 0;
 };
 
 Attempt attempt(const Surface& input, const HeldPoints& held, const ShapeDescentOptions& options) {
-  ShapePatch patch = patchOf(input, held);
+  HeldPoints calm = held;
+  ShapePatch patch = patchOf(input, calm);
   Attempt result{descendShape({patch}, {}, options)};
   ShapeDescent& descent = result.descent;
   const auto gainsLittle = [&] {
@@ -113,14 +148,18 @@ Attempt attempt(const Surface& input, const HeldPoints& held, const ShapeDescent
     return !(after.isophoteRoughness < (1 - kLittle) * before.isophoteRoughness) &&
            !(after.plate < (1 - kLittle) * before.plate);
   };
-  const auto again = [&](const HeldPoints& calm) {
-    if (calm.empty() || descent.stopReason == StopReason::cancelled) return;
+  const auto again = [&](HeldPoints more) {
+    if (more.empty() || descent.stopReason == StopReason::cancelled) return;
+    calm = std::move(more);
     patch = patchOf(input, calm);
     descent = descendShape({patch}, {}, options);
   };
-  if (descent.after.front().relativeError > kDiverges) again(holdSingularPlaces(patch, held));
+  const auto diverges = [&] { return descent.after.front().relativeError > kDiverges; };
+  if (diverges()) again(holdSingularPlaces(patch, held));
+  if (diverges()) again(holdDivergingCells(input, calm));
   // A singular corner, say, whose roughness drowns all the rest: without it there may be something to gain.
-  if (gainsLittle()) again(holdSingularCells(patchOf(input, held), held));
+  if (gainsLittle()) again(holdSingularCells(patch, calm));
+  if (diverges()) again(holdDivergingCells(input, calm));
   if (gainsLittle()) {
     // Not worth a move: where one rough place has most of the roughness, a little less there may cost waves elsewhere.
     descent.surfaces.front() = input;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <tuple>
 
@@ -269,9 +270,15 @@ Index rowsAgainstStray(const KnotVector& knots, bool low, Index rows, double str
   return rows;
 }
 
-// The fewest rows with a free point over all directions.
+// Whether a direction has straight parameter lines and so no room: every knot inserted there would be a crease.
 template <int D>
-Index freeRows(const Spline<D>& spline, const HeldPoints& held) {
+bool isStraight(const Spline<D>& spline, int k, const FairingPlanOptions<D>& options) {
+  return spline.degree(k) < options.energyOrder;
+}
+
+// The fewest rows with a free point over all directions that may have more.
+template <int D>
+Index freeRows(const Spline<D>& spline, const HeldPoints& held, const FairingPlanOptions<D>& options) {
   std::array<std::vector<std::uint8_t>, D> none;
   for (int k = 0; k < D; ++k) none[static_cast<std::size_t>(k)].assign(static_cast<std::size_t>(spline.size(k)), 1);
   for (std::size_t r = 0; r < held.size(); ++r) {
@@ -282,8 +289,11 @@ Index freeRows(const Spline<D>& spline, const HeldPoints& held) {
       rest /= spline.size(k);
     }
   }
-  Index fewest = countFree(none[0]);
-  for (const auto& rows : none) fewest = std::min(fewest, countFree(rows));
+  Index fewest = std::numeric_limits<Index>::max();
+  for (int k = 0; k < D; ++k) {
+    const Index free = countFree(none[static_cast<std::size_t>(k)]);
+    if (!isStraight(spline, k, options) || free == 0) fewest = std::min(fewest, free);
+  }
   return fewest;
 }
 
@@ -370,10 +380,17 @@ FairingPlan<D> planOn(const Spline<D>& input, const FairingPlanOptions<D>& optio
     return plan;
   }
   for (int k = 0; k < D; ++k) {
-    if (spline.degree(k) < options.energyOrder) {
+    if (!isStraight(spline, k, options)) continue;
+    // Of a ruled surface free borders and what lies between them can get fairer along the other direction.
+    const auto at = 2 * static_cast<std::size_t>(k);
+    const bool mayMove = options.rational && spline.degree(k) == 1 && D == 2 && spline.degree(1 - k) > 1 &&
+                         std::min(options.rows[at], options.rows[at + 1]) < 2 &&
+                         std::none_of(options.joined.begin(), options.joined.end(), [](bool joined) { return joined; });
+    if (!mayMove) {
       plan.leftAlone =
-          fmt::format("its degree {} in direction {} is below the energy's order {}: raise the degree first",
-                      spline.degree(k), directionName(k), options.energyOrder);
+          fmt::format("its degree {} in direction {} is below the energy's order {}: raise the degree first{}",
+                      spline.degree(k), directionName(k), options.energyOrder,
+                      options.rational && spline.degree(k) == 1 ? ", or hold fewer than 2 rows of points there" : "");
       return plan;
     }
   }
@@ -418,12 +435,14 @@ FairingPlan<D> planOn(const Spline<D>& input, const FairingPlanOptions<D>& optio
     const std::array<Borders, D> borders = bordersOf(s);
     bool any = false;
     for (int k = 0; k < D; ++k) {
+      if (isStraight(s, k, options)) continue;
       const auto at = static_cast<std::size_t>(k);
       added[at] = knotsForRoom(s.knots(k), borders[at], options.energyOrder, options.minFree);
       any = any || !added[at].empty();
     }
-    if (any || freeRows(s, held) >= options.minFree) return added;
+    if (any || freeRows(s, held, options) >= options.minFree) return added;
     for (int k = 0; k < D; ++k) {
+      if (isStraight(s, k, options)) continue;
       double from = s.knots(k).from(), to = s.knots(k).to();
       if (border && !border->trims.empty()) std::tie(from, to) = borderExtent(*border, k);
       added[static_cast<std::size_t>(k)] = midSpans(s.knots(k), from, to);
@@ -454,7 +473,12 @@ FairingPlan<D> planOn(const Spline<D>& input, const FairingPlanOptions<D>& optio
         "the same.",
         plan.knotsInserted, plan.knotsInserted == 1 ? " was" : "s were", sizeText(spline), sizeText(plan.spline)));
   }
-  if (plan.freePoints == 0) {
+  int straight = -1;
+  for (int k = 0; k < D; ++k) straight = isStraight(spline, k, options) ? k : straight;
+  if (plan.freePoints == 0 && straight >= 0) {
+    plan.leftAlone = fmt::format("its degree {} in direction {} leaves no room between what is held: hold less there",
+                                 spline.degree(straight), directionName(straight));
+  } else if (plan.freePoints == 0) {
     plan.leftAlone = options.refine ? fmt::format(
                                           "no control point is free and the net may not grow beyond {} times "
                                           "its points: hold fewer rows",

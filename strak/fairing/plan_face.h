@@ -67,8 +67,9 @@ using PlanOptions = FairingPlanOptions<2>;
 // Plans the fairing of a whole curve, surface or volume. Held are: strips at the sides; as many rows on each side of
 // every crease, an inner knot whose multiplicity exceeds degree - energyOrder + 1, across which the energy sees
 // nothing; the rows at a seam (first row = last row in space) and at a pole (a row shrunk to one point). Throws
-// InvalidInput for negative rows or orders. A plan with open seams goes back to clamped knots with toClamped. Cost
-// O(points of the refined net).
+// InvalidInput for negative rows or orders. Straight directions (degree 1, of surfaces, with `rational`) get no knots,
+// which would be creases; where fewer than two rows are held at one of their sides and no side is joined the others may
+// move. A plan with open seams goes back to clamped knots with toClamped. Cost O(points of the refined net).
 template <int D>
 FairingPlan<D> planFairing(const Spline<D>& spline, const FairingPlanOptions<D>& options = {});
 

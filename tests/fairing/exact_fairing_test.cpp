@@ -197,6 +197,34 @@ TEST(HullRows, AreRefinedWhereTheyAreActive) {
       refineActive(input, unknownOf, rows, 0, Eigen::VectorXd(0.1 * e), 0.9, 3, levels = evenLevels(input, 1)));
 }
 
+TEST(ExactFairing, RuledSurfacesGetFairerAlongTheirBorders) {
+  const Surface input = bentSheet(1, 3, 1, 12, 0.01);
+  const HeldPoints held = holdStrips<2>(input, {0, 0, 2, 2});
+  const ExactFairing result = fairExactly(input, held, {.tolerance = 0.02});
+  expectBetter(input, result, 0.02, held);
+  EXPECT_LT(result.after.isophoteRoughness, 0.1 * result.before.isophoteRoughness);
+}
+
+// A cusp inside a knot cell, far larger than the tolerance: its integrals diverge, the rest is faired without it.
+TEST(ExactFairing, WhatIsRoughBeyondMeasureIsHeld) {
+  Surface input = bentSheet(3, 3, 12, 10, 0.002);
+  for (Index j = 5; j < 9; ++j) {
+    const Net row = input.net().row(input.row({6, j})), next = input.net().row(input.row({7, j}));
+    input.net().row(input.row({6, j})) = next;
+    input.net().row(input.row({7, j})) = row;
+  }
+  const ExactFairing result =
+      fairExactly(input, holdStrips<2>(input, {1, 1, 1, 1}), {.tolerance = 0.002, .maxSteps = 10});
+  EXPECT_LT(result.before.relativeError, 0.01);
+  EXPECT_LT(result.after.isophoteRoughness, 0.9 * result.before.isophoteRoughness);
+  expectBetter(input, result, 0.002, {});
+  for (Index i = 6; i <= 7; ++i) {
+    for (Index j = 5; j < 9; ++j) {
+      EXPECT_EQ(result.spline.net().row(input.row({i, j})), input.net().row(input.row({i, j})));
+    }
+  }
+}
+
 // A sheet folded over itself; the upper half, held, hangs down into a dent of the lower one. Fairing wants to press the
 // dent out, through the other half.
 struct FoldedSheet {

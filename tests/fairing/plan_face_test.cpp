@@ -402,6 +402,29 @@ TEST(PlanFace, CreasesNextToAnOpenSeamGoOnAcrossIt) {
   EXPECT_FALSE(plan.held[static_cast<std::size_t>(plan.spline.row({4, s - 3 + 3}))]);
 }
 
+TEST(PlanFace, RuledSurfacesMoveAlongTheirBorders) {
+  PlanOptions options;
+  options.rational = true;
+  EXPECT_NE(planFairing<2>(patch(uniform(1, 2), uniform(3, 12)), options).leftAlone, "") << "both rows are held";
+  options.rows = {0, 1, 2, 2};
+  const FacePlan ruled = planFairing<2>(patch(uniform(1, 2), uniform(3, 6)), options);
+  EXPECT_EQ(ruled.leftAlone, "");
+  EXPECT_EQ(ruled.spline.size(0), 2) << "a knot there would be a crease";
+  EXPECT_EQ(ruled.spline.size(1), 8);
+  EXPECT_EQ(ruled.freePoints, 4) << "of one border, between two rows at its ends";
+  // Inner lines of a straight direction are creases: they stay.
+  options.rows = {0, 0, 2, 2};
+  const FacePlan bent = planFairing<2>(patch(uniform(1, 3), uniform(3, 8)), options);
+  EXPECT_EQ(bent.freePoints, 2 * 4);
+  for (Index j = 0; j < 8; ++j) EXPECT_TRUE(bent.held[static_cast<std::size_t>(bent.spline.row({1, j}))]);
+  options.rows = {1, 1, 2, 2};
+  EXPECT_NE(planFairing<2>(patch(uniform(1, 3), uniform(3, 8)), options).leftAlone.find("no room"), std::string::npos);
+  options.rational = false;
+  options.rows = {0, 0, 2, 2};
+  EXPECT_NE(planFairing<2>(patch(uniform(1, 2), uniform(3, 8)), options).leftAlone.find("raise the degree"),
+            std::string::npos);
+}
+
 TEST(PlanFace, CurvesAndVolumes) {
   const KnotVector knots = uniform(3, 6);
   Net net = Net::Random(6, 2);
