@@ -1,7 +1,9 @@
 #include "apps/cli/fair_knots.h"
 
 #include <algorithm>
+#include <numeric>
 
+#include "strak/energy/join_energy.h"
 #include "strak/fairing/trimmed_face.h"
 
 namespace strak::cli {
@@ -11,6 +13,19 @@ namespace {
 constexpr double kSmoothingShare = 0.5;   // of the tolerance
 constexpr double kFairnessGrowth = 1.02;  // of the faired figures; never above those of the input
 constexpr double kFairingShare = 0.8;     // of what is left, if knots are to be removed afterwards
+
+constexpr double kSmoothAngle = 1e-5;  // sine, mean: no angle at a knot line
+
+template <int D>
+SmoothKnotsOptions<D> smoothingBy(const KnotRules<D>& rules) {
+  SmoothKnotsOptions<D> smoothing;
+  smoothing.tolerance = kSmoothingShare * rules.tolerance;
+  smoothing.creaseAngle = rules.options.creaseAngle;
+  smoothing.rows = rules.rows;
+  smoothing.exactStrips = rules.exact;
+  if (!rules.onlySides) smoothing.tolerance = 0;  // only what is smooth already to rounding
+  return smoothing;
+}
 
 }  // namespace
 
@@ -23,16 +38,49 @@ bool onlySidesMatter(const Object& object) {
 
 bool mayHaveNeighbours(const Model& model) { return model.format() != "g2" && model.format() != "JSON"; }
 
+bool rougherThanInput(const Surface& original, const FairedObject& entry) {
+  if (!entry.fairnessBefore || !entry.fairnessAfter) return false;
+  const SurfaceFairness &before = *entry.fairnessBefore, &after = *entry.fairnessAfter;
+  std::vector<int> unknownOf(static_cast<std::size_t>(original.net().rows()));
+  std::iota(unknownOf.begin(), unknownOf.end(), 0);
+  const Net points = original.euclideanNet();
+  double lines = 0;
+  bool angles = false;
+  for (int k = 0; k < 2; ++k) {
+    for (const auto& knot : original.knots(k).innerKnots()) {
+      if (knot.multiplicity < original.degree(k) - 1) continue;
+      const JoinEnergy line(original, unknownOf, {k, knot.value, false}, original, unknownOf, {k, knot.value, true},
+                            false);
+      const JoinFigures figures = line.figures(points, points);
+      lines += figures.ofAngle + figures.ofJump;
+      angles = angles || figures.meanAngle > kSmoothAngle;
+    }
+  }
+  const double limit = 1 + before.relativeError + after.relativeError;
+  return (!angles && after.plate > limit * before.plate) ||
+         after.curvatureVariation > limit * (before.curvatureVariation + lines) ||
+         after.isophoteRoughness > limit * (before.isophoteRoughness + lines);
+}
+
+bool rougherThanInput(const Curve&, const FairedObject& entry) {
+  constexpr double kIntegration = 2e-3;
+  return entry.curve && (entry.curve->after.bending > (1 + kIntegration) * entry.curve->before.bending ||
+                         entry.curve->extremaAfter > entry.curve->extremaBefore);
+}
+
+bool needsBorders(const Surface& surface, const KnotRules<2>& rules) {
+  if (rules.options.simplifyBorders) return true;
+  if (!rules.options.smooth || !rules.onlySides) return false;
+  SmoothKnotsOptions<2> exact = smoothingBy(rules);
+  exact.exactStrips = true;
+  const auto lines = smoothKnots(surface, exact).lines;
+  return std::any_of(lines.begin(), lines.end(), [](const auto& line) { return line.kept == kNeededByBorders; });
+}
+
 template <int D>
 Spline<D> withSmoothKnots(const Spline<D>& spline, const KnotRules<D>& rules, FairedObject& entry) {
   if (!rules.options.smooth) return spline;
-  SmoothKnotsOptions<D> smoothing;
-  smoothing.tolerance = kSmoothingShare * rules.tolerance;
-  smoothing.creaseAngle = rules.options.creaseAngle;
-  smoothing.rows = rules.rows;
-  smoothing.exactStrips = rules.exact;
-  if (!rules.onlySides) smoothing.tolerance = 0;  // only what is smooth already to rounding
-  SmoothedKnots<D> result = smoothKnots(spline, smoothing);
+  SmoothedKnots<D> result = smoothKnots(spline, smoothingBy(rules));
   entry.notes.insert(entry.notes.end(), result.notes.begin(), result.notes.end());
   entry.smoothed.emplace();
   entry.smoothed->deviation = result.deviation.upper;

@@ -38,6 +38,16 @@ struct KnotRules {
   bool onlySides = true;  // onlySidesMatter() for all objects with this spline
 };
 
+// Whether the faired object is rougher than it was before its knots were made smooth, by the figures that the entry
+// has. An angle or a jump of the curvature at a knot line that went counts as the roughness it stands for
+// (JoinEnergy): an integral does not see it.
+bool rougherThanInput(const Surface& original, const FairedObject& entry);
+bool rougherThanInput(const Curve& original, const FairedObject& entry);
+inline bool rougherThanInput(const Volume&, const FairedObject&) { return false; }
+
+// Whether smoothing needs the borders to move.
+bool needsBorders(const Surface& surface, const KnotRules<2>& rules);
+
 // `spline` with smooth inner knots, within half of the tolerance; tells the entry.
 template <int D>
 Spline<D> withSmoothKnots(const Spline<D>& spline, const KnotRules<D>& rules, FairedObject& entry);

@@ -269,16 +269,21 @@ bool onlySidesOf(const Model& model, const Job& job) {
                      [&](Index index) { return onlySidesMatter(objectAt(model, index)); });
 }
 
+template <int D>
+KnotRules<D> knotRules(const Model& model, const Job& job, const FairModelOptions& options, bool bordersMove) {
+  return {options.knots, options.fairing.tolerance, rowsFor<D>(options.holdRows),
+          mayHaveNeighbours(model) && !bordersMove, onlySidesOf(model, job)};
+}
+
 // Smooth knots before the fairing and fewer after it, all within one tolerance.
 template <int D>
 void fairWithKnots(const Model& model, const Job& job, const Spline<D>& original, const FairModelOptions& options,
-                   const Progress& progress, FairedObject& entry) {
+                   const Progress& progress, FairedObject& entry, bool bordersMove = false) {
   if (!options.knots.any()) {
     fairOne(model, job, original, options, progress, entry);
     return;
   }
-  const KnotRules<D> rules{options.knots, options.fairing.tolerance, rowsFor<D>(options.holdRows),
-                           mayHaveNeighbours(model), onlySidesOf(model, job)};
+  const KnotRules<D> rules = knotRules<D>(model, job, options, bordersMove);
   const Spline<D> start = withSmoothKnots(original, rules, entry);
   const std::vector<std::string> notes = std::exchange(entry.notes, {});
   FairModelOptions within = options;
@@ -290,7 +295,64 @@ void fairWithKnots(const Model& model, const Job& job, const Spline<D>& original
   Spline<D> after = withFewerKnots(std::get<Spline<D>>(*entry.after), original, rules, progress, entry);
   const Deviation<D> deviation = certifyDeviation(after, original);
   const FairingSummary summary = entry.summary;
-  describeResult(objectAt(model, job.objects.front()), original, std::move(after), summary, deviation, entry);
+  const Object& object = objectAt(model, job.objects.front());
+  describeResult(object, original, std::move(after), summary, deviation, entry);
+  if (entry.smoothed && entry.smoothed->smoothed > 0 && rougherThanInput(original, entry)) {
+    FairModelOptions unsmoothed = options;
+    unsmoothed.knots.smooth = false;
+    entry = describe(object);
+    fairWithKnots(model, job, original, unsmoothed, progress, entry, bordersMove);
+    entry.notes.insert(entry.notes.begin(), "with its inner knots made smooth it would be rougher: they stay");
+  }
+}
+
+// Faces of which knots can go only if their borders move: together with those that share these, edges re-made. Where
+// the model does not take that, because a neighbour cannot follow, say, they are left for their turn alone.
+std::vector<Index> fairWithBorders(const Model& model, const FairModelOptions& options, ModelEditor& editor,
+                                   std::vector<FairedObject>& entries) {
+  std::vector<ModelEditor::Group> groups;
+  for (Index index : options.selected) {
+    const Object& object = objectAt(model, index);
+    if (!object.leftAlone.empty() || !object.spline || object.sharedWith.size() > 1) continue;
+    const Surface* surface = std::get_if<Surface>(&*object.spline);
+    if (surface != nullptr && needsBorders(*surface, knotRules<2>(model, {{index}}, options, true))) {
+      groups.push_back({index});
+    }
+  }
+  if (groups.empty()) return {};
+  for (const SharedEdge& edge : model.sharedEdges()) {
+    const auto groupOf = [&](Index face) {
+      return std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
+        return std::find(group.begin(), group.end(), face) != group.end();
+      });
+    };
+    const auto a = groupOf(edge.faceA), b = groupOf(edge.faceB);
+    if (a == b || a == groups.end() || b == groups.end()) continue;
+    a->insert(a->end(), b->begin(), b->end());
+    groups.erase(b);
+  }
+  std::vector<Index> done;
+  for (const ModelEditor::Group& group : groups) {
+    bool all = true;
+    for (Index index : group) {
+      FairedObject& entry = entries[static_cast<std::size_t>(index)];
+      fairWithKnots(model, {{index}}, std::get<Surface>(*objectAt(model, index).spline), options, {}, entry, true);
+      all = all && entry.faired();
+    }
+    if (all) editor.accept({group}, true);
+    for (Index index : group) {
+      FairedObject& entry = entries[static_cast<std::size_t>(index)];
+      if (all && entry.faired()) {
+        done.push_back(index);
+        continue;
+      }
+      const std::string reason = entry.leftAlone;
+      entry = describe(objectAt(model, index));
+      if (!reason.empty()) entry.notes.push_back("its borders stay as they are, for with them " + reason);
+    }
+  }
+  std::sort(done.begin(), done.end());
+  return done;
 }
 
 // The entries of all objects before anything is done: those not chosen say so.
@@ -333,6 +395,10 @@ FairModelResult fairModel(Model& model, const FairModelOptions& options) {
   std::vector<Index> alone = options.selected;
   if (options.join != JoinWish::keep && options.energy == kExactEnergy) {
     const std::vector<Index> together = fairParts(model, options, editor, result.objects);
+    std::erase_if(alone, [&](Index i) { return std::binary_search(together.begin(), together.end(), i); });
+  }
+  if (options.knots.any() && mayHaveNeighbours(model)) {
+    const std::vector<Index> together = fairWithBorders(model, options, editor, result.objects);
     std::erase_if(alone, [&](Index i) { return std::binary_search(together.begin(), together.end(), i); });
   }
   const std::vector<Job> jobs = jobsOf(model, alone);

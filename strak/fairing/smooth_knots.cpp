@@ -157,7 +157,7 @@ SmoothedKnots<D> smoothKnots(const Spline<D>& spline, const SmoothKnotsOptions<D
     if (line.angle > options.creaseAngle) {
       line.kept = fmt::format("an angle above {:.3g} degrees is meant as a crease", options.creaseAngle * kDegrees);
     } else if (reduction.neededByStrips(line.direction, now, line.knot)) {
-      line.kept = "the held borders need it";
+      line.kept = kNeededByBorders;
     } else {
       line.kept = "the tolerance does not allow more";
     }

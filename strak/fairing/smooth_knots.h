@@ -27,6 +27,9 @@ struct SmoothKnotsOptions {
   Progress progress;
 };
 
+// Why a line stays that the borders need as they are: without `exactStrips` it might go.
+inline constexpr const char* kNeededByBorders = "the held borders need it";
+
 // What became of one knot (for surfaces: of one knot line).
 struct SmoothedKnot {
   int direction = 0;

@@ -139,6 +139,31 @@ TEST_F(Knots, CadFacesTakeFewerKnotsInPlace) {
         << ending;
   }
 }
+
+// A knot line that is only C1, across the border too: it can go only if the border moves.
+TEST_F(Knots, CadFacesGetSmoothWhereTheirBordersMay) {
+  Surface input = insertKnots(wavySurface(3, 9, 8, 0.0), 0, {0.5, 0.5});
+  const Index s = input.knots(0).findSpan(0.5);
+  for (Index j = 0; j < input.size(1); ++j) input.net()(input.row({s - 1, j}), 2) += 2e-4;
+  write("in.g2", g2(input));
+  for (const char* ending : {"step", "igs", "brep"}) {
+    const std::string given = path(std::string("in.") + ending), output = path(std::string("out.") + ending);
+    ASSERT_EQ(strak({"convert", path("in.g2"), "-o", given}).code, 0);
+    const auto result = json({"fair", given, "-o", output, "--tolerance", "0.01", "--smooth-knots", "--hold", "g1"});
+    const auto& object = result.at("objects").at(0);
+    EXPECT_GE(object.at("smoothed_knots").at("smoothed"), 1) << ending << object.dump(1);
+    EXPECT_EQ(object.at("smoothed_knots").at("kept"), 0) << ending;
+    EXPECT_EQ(json({"info", output}).at("objects").at(0).at("continuity"), 2) << ending;
+    EXPECT_LE(json({"compare", given, output}).at("largest_deviation").get<double>(), 0.01) << ending;
+    const auto& audit = result.at("audit");
+    EXPECT_TRUE(audit.at("after").at("valid").get<bool>()) << ending;
+    EXPECT_LE(audit.at("after").at("largest_gap").get<double>(),
+              audit.at("before").at("largest_gap").get<double>() + 1e-9)
+        << ending;
+    const auto& fairness = object.at("fairness");
+    EXPECT_LT(fairness.at("after").at("plate"), 1.002 * fairness.at("before").at("plate").get<double>());
+  }
+}
 #endif
 
 }  // namespace
