@@ -352,7 +352,7 @@ void addFair(CLI::App& program, const std::string& commandLine) {
   command->add_flag("--simplify", arguments->simplify,
                     "Afterwards remove knots while tolerance, fairness and the held rows' image hold");
   command->add_flag("--simplify-borders", arguments->simplifyBorders,
-                    "The same, and approximate the borders on fewer knots, too (not in CAD files)");
+                    "The same, and approximate the borders on fewer knots, too, where neighbours can follow");
   command->add_flag("--smooth-knots", arguments->smoothKnots,
                     "First make inner knot lines smooth that are only C0 or C1, within half of the tolerance");
   command

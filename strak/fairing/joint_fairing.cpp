@@ -5,6 +5,7 @@
 
 #include "strak/base/error.h"
 #include "strak/fairing/shape_descent.h"
+#include "strak/metrology/self_intersection.h"
 
 namespace strak {
 
@@ -36,6 +37,14 @@ JointFairing fairJointly(const PartPlan& plan, const JointFairingOptions& option
                                        .ballsOnPoints = options.ballsOnPoints,
                                        .maxSteps = options.maxSteps,
                                        .progress = options.progress});
+  for (std::size_t f = 0; f < plan.surfaces.size(); ++f) {
+    if (!meetingAfterMove(plan.surfaces[f], descent.surfaces[f]).isNew) continue;
+    descent.surfaces = plan.surfaces;
+    descent.after = descent.before;
+    descent.joinsAfter = descent.joinsBefore;
+    descent.stopReason = StopReason::meetsItself;
+    break;
+  }
   JointFairing result{std::move(descent.surfaces),    std::move(descent.before),     std::move(descent.after),
                       std::move(descent.joinsBefore), std::move(descent.joinsAfter), {}};
   FairingSummary& summary = result.summary;

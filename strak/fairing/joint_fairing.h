@@ -39,8 +39,9 @@ struct JointFairing {
 };
 
 // Fairs the faces of a plan. Guarantees for every face those of fairExactly, and that no joint gets a larger mean
-// angle or mean curvature jump; the largest angle at one place of a joint may rise to 0.1 degrees. Throws InvalidInput
-// as fairExactly does.
+// angle or mean curvature jump; the largest angle at one place of a joint may rise to 0.1 degrees. Where a face meets
+// itself that did not before (meetingAfterMove) all come back as they were, with StopReason::meetsItself. Throws
+// InvalidInput as fairExactly does.
 JointFairing fairJointly(const PartPlan& plan, const JointFairingOptions& options = {});
 
 }  // namespace strak

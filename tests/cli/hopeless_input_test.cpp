@@ -53,6 +53,24 @@ TEST_F(Hopeless, FacesThatFold) {
   expectWorksOrSays("0.05", "crosses itself");
 }
 
+TEST_F(Hopeless, SurfacesThatMeetThemselves) {
+  // A loop drawn along a line, and the same without.
+  Net net(8, 3);
+  const double loop[4][2] = {{0, 0}, {3, 2}, {-2, 2}, {1, 0}};
+  for (Index i = 0; i < 4; ++i) {
+    for (Index j = 0; j < 2; ++j) net.row(2 * i + j) << loop[i][0], 2.0 * static_cast<double>(j), loop[i][1];
+  }
+  const Surface crossing({KnotVector::uniformClamped(3, 1), KnotVector::uniformClamped(1, 1)}, net);
+  write("in.g2", g2(crossing) + g2(wavySurface(3, 14, 14)));
+  const auto objects = json({"info", path("in.g2"), "--self-intersections"}).at("objects");
+  EXPECT_EQ(objects.at(0).at("self_intersection"), "intersects");
+  EXPECT_EQ(objects.at(1).at("self_intersection"), "free");
+  EXPECT_NE(strak({"info", path("in.g2"), "--self-intersections"}).out.find("intersects"), std::string::npos);
+  // What was there before is no reason to refuse the rest.
+  const auto faired = json({"fair", path("in.g2"), "-o", path("out.g2"), "--tolerance", "0.01"}).at("objects");
+  EXPECT_EQ(faired.at(1).at("self_intersection"), "free");
+}
+
 TEST_F(Hopeless, FacesWithoutArea) {
   Surface line = wavySurface(3, 12, 12);
   for (Index i = 0; i < 12; ++i) {
