@@ -315,8 +315,11 @@ std::vector<Index> fairWithBorders(const Model& model, const FairModelOptions& o
     const Object& object = objectAt(model, index);
     if (!object.leftAlone.empty() || !object.spline || object.sharedWith.size() > 1) continue;
     const Surface* surface = std::get_if<Surface>(&*object.spline);
-    if (surface != nullptr && needsBorders(*surface, knotRules<2>(model, {{index}}, options, true))) {
-      groups.push_back({index});
+    if (surface == nullptr || options.stopped()) continue;
+    try {
+      if (needsBorders(*surface, knotRules<2>(model, {{index}}, options, true))) groups.push_back({index});
+    } catch (const InvalidInput&) {
+      continue;  // its turn alone says why
     }
   }
   if (groups.empty()) return {};
@@ -336,7 +339,11 @@ std::vector<Index> fairWithBorders(const Model& model, const FairModelOptions& o
     bool all = true;
     for (Index index : group) {
       FairedObject& entry = entries[static_cast<std::size_t>(index)];
-      fairWithKnots(model, {{index}}, std::get<Surface>(*objectAt(model, index).spline), options, {}, entry, true);
+      try {
+        fairWithKnots(model, {{index}}, std::get<Surface>(*objectAt(model, index).spline), options, {}, entry, true);
+      } catch (const InvalidInput& error) {
+        entry.leftAlone = error.what();
+      }
       all = all && entry.faired();
     }
     if (all) editor.accept({group}, true);
