@@ -11,6 +11,7 @@
 #include "strak/fairing/hull_rows.h"
 #include "strak/fairing/plan_curve.h"
 #include "strak/metrology/fairness.h"
+#include "strak/metrology/self_intersection.h"
 #include "strak/spline/evaluate.h"
 #include "strak/spline/knot_insertion.h"
 
@@ -276,6 +277,33 @@ TEST(PlanCurve, SmoothJoinsOfPiecesStaySmooth) {
   net(4, 1) = 3;
   const CurvePlan sharp = planCurve(Curve(curve.knots(), net), {1, 1}, false);
   EXPECT_NE(sharp.held[3], 0);
+}
+
+// The upper, held half of a hairpin hangs down into a dent of the lower one.
+TEST(ExactCurveFairing, AMoveThatMakesACurveCrossItselfIsTakenBack) {
+  Net net(22, 2);
+  net << 0, 0, 1, 0, 2, 0, 3, 0, 4, 0, 5, 0, 6, 0, 7, 0, 8, 0, 9, 0, 10, 1, 10, 2, 9, 1, 8, 0.3, 7, 0.2, 6, 0.2, 5, 0.2,
+      4, 0.2, 3, 0.2, 2, 0.2, 1, 0.2, 0, 0.2;
+  ExactCurveFairingOptions options;
+  options.tolerance = 0.9;
+  options.leaveFair = false;
+  options.held.assign(22, 0);
+  for (Index i = 0; i < 22; ++i) {
+    const double r = net(i, 0) - 4;
+    net(i, 1) -= i > 10 ? 0.6 * std::exp(-r * r / 4) : 0.8 * std::exp(-r * r / 2);
+    if (i > 10 || i < 2) options.held[static_cast<std::size_t>(i)] = 1;
+  }
+  const Curve curve({KnotVector::uniformClamped(3, 19)}, net);
+  ASSERT_EQ(findSelfIntersection(curve).answer, SelfMeeting::free);
+  const auto refused = fairCurveExactly(curve, options);
+  EXPECT_EQ(refused.summary.stopReason, StopReason::meetsItself);
+  EXPECT_EQ(refused.spline, curve);
+  EXPECT_EQ(refused.after.curvatureVariation, refused.before.curvatureVariation);
+  // Less is possible.
+  options.tolerance = 0.05;
+  const auto result = fairCurveExactly(curve, options);
+  EXPECT_EQ(findSelfIntersection(result.spline).answer, SelfMeeting::free);
+  EXPECT_LT(result.after.curvatureVariation, result.before.curvatureVariation);
 }
 
 }  // namespace
