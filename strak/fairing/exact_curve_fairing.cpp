@@ -16,7 +16,6 @@
 #include "strak/metrology/plane_of_points.h"
 #include "strak/metrology/self_intersection.h"
 #include "strak/solve/hull_minimizer.h"
-#include "strak/spline/knot_insertion.h"
 
 namespace strak {
 
