@@ -26,7 +26,7 @@ constexpr double kSliding = 1e-3;     // weight of uneven speed
 constexpr double kRadius = 0.9998;    // of the tolerance: room for the width of the certificate
 constexpr double kInnerShare = 1e-4;  // of a step's decrease: how sharply the next one is solved,
 constexpr double kFinest = 1e-8;      // at most
-constexpr double kCoarsest = 1e-6;    // and at least; parts of what the merit may fall
+constexpr double kCoarsest = 1e-5;    // and at least; parts of what the merit may fall
 constexpr double kFirstGap = 10;      // likewise
 constexpr int kQuiet = 2;             // steps in a row that hardly move anything: the end
 constexpr int kPatience = 4;          // tenfold penalties without effect before a number of extrema is given up
@@ -156,7 +156,8 @@ class Fairer {
           remember(best);
           accuracy = std::clamp(kInnerShare * decrease, kFinest, kCoarsest);
           const bool still = std::isfinite(options_.tolerance) ? length * reach < 2e-3 : decrease < 1e-7;
-          quiet = predicted < kFinest ? kQuiet : still ? quiet + 1 : 0;
+          // A penalty still grows; otherwise less than a step is solved to is nothing.
+          quiet = wrongWay == 0 && predicted < kFinest ? kQuiet : still || decrease < 1e-9 ? quiet + 1 : 0;
           damping = length == 1 ? damping / 10 : damping;
           if (damping < 1e-13) damping = 0;
         }

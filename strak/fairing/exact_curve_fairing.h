@@ -57,8 +57,8 @@ struct ExactCurveFairing {
 // Method: damped Gauss-Newton steps on log variation + theta log bending (no units, no weights to choose) with full
 // displacement vectors, a small term that keeps the parameter speed as even as it was, and the control points of the
 // difference, its spans halved twice, in balls; each step is a convex problem (hull_minimizer.h). The result does not
-// depend on the scale of knots and units or on the place. Cost: some tens of steps of O(n p^3); 120 points 50 ms, 1400
-// points 0.6 s; a wish for few extrema up to ten times as much. Throws InvalidInput for other dimensions, degree 1, a
+// depend on the scale of knots and units or on the place. Cost: some tens of steps of O(n p^3); 120 points 20 ms, 1400
+// points 0.3 s; a wish for few extrema up to 45 times as much. Throws InvalidInput for other dimensions, degree 1, a
 // negative tolerance, a curve that stands still somewhere, wrong lengths of lists, and without a tolerance unless
 // points at both ends are held.
 ExactCurveFairing fairCurveExactly(const Curve& curve, const ExactCurveFairingOptions& options = {});
