@@ -31,7 +31,8 @@ SharedEdge sharedEdge(const FaceEdge& a, const FaceEdge& b, bool oppositeWays);
 // The edges that coincide in space within their tolerances, from end to end, whatever their parameters: none where an
 // edge is shorter than its tolerance. Then, of those left over, whole sides that lie on a part of another side; the
 // part is line A. `surfaces` are those of the objects, in one common place; none for those that do not take part. Cost
-// O(n log n) plus some dozen surface points a pair of neighbours, and O(n^2) comparisons of boxes for n edges left over.
+// O(n log n) plus some dozen surface points a pair of neighbours, and O(n^2) comparisons of boxes for n edges left
+// over.
 std::vector<SharedEdge> coincidentEdges(const std::vector<FaceEdge>& edges,
                                         const std::vector<const Surface*>& surfaces);
 
