@@ -80,6 +80,9 @@ std::array<KnotVector, D> startKnots(const FitArguments& arguments, const FitInp
                             from)
               : fmt::format("--domain is '{}': the first number of a pair must be the smaller one", arguments.domain));
     }
+    if (!std::isfinite(to - from)) {
+      throw InvalidInput("the coordinates are so large that their differences are no numbers: use another unit");
+    }
     const int degree = static_cast<int>(degrees[k]);
     Index size = std::max<Index>(degree + 1, std::min<Index>(D == 1 ? kMostCurvePoints : kMostPointsPerDirection,
                                                              static_cast<Index>(std::pow(wished, 1.0 / D))));
@@ -326,7 +329,9 @@ void addFit(CLI::App& program, const std::string& commandLine) {
   auto arguments = std::make_shared<FitArguments>();
   arguments->commandLine = commandLine;
   CLI::App* command = program.add_subcommand("fit", "Fit measured points with a fair curve or surface");
-  command->add_option("POINTS", arguments->input, "Table of numbers (.xyz, .csv, .txt, .dat), ESRI grid (.asc), PLY or PCD")
+  command
+      ->add_option("POINTS", arguments->input,
+                   "Table of numbers (.xyz, .csv, .txt, .dat), ESRI grid (.asc), PLY or PCD")
       ->required();
   command->add_option("-o,--output", arguments->output, "File to write; its ending says the format")->required();
   command->add_option(

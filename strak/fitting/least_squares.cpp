@@ -19,6 +19,9 @@ namespace {
 constexpr double kShapeSmoothing = 1e-3;
 // Mean squares of the errors, in parts of the points' own, that are far enough above the rounding of the sums.
 constexpr double kLeastErrors = 1e-9;
+// Cells with a larger bimodality have two groups of heights; a larger share of the points in them is worth a word.
+constexpr double kTwoGroups = 0.8;
+constexpr double kManyTwoGroups = 0.05;
 // Eigenvalues of the polynomials' Gram matrix, relative to the largest, below which the points lie on a line.
 constexpr double kLeastDetermination = 1e-12;
 
@@ -204,6 +207,9 @@ Fit<D> fitLeastSquares(const std::array<KnotVector, D>& knots, Index columns, co
                                                 : "no point lies inside the domain: give one that holds the points");
   }
   auto sums = equations.sums();
+  if (!std::isfinite(sums.squares) || (sums.squares == 0 && sums.right.cwiseAbs().maxCoeff() > 0)) {
+    throw InvalidInput("the coordinates are so large or so small that their squares are no numbers: use another unit");
+  }
   if (!(sums.weight > 0)) throw InvalidInput("all points have the weight 0: give some a positive one");
   for (double& value : sums.matrix.values) value /= sums.weight;
 
@@ -296,7 +302,40 @@ Fit<D> fitLeastSquares(const std::array<KnotVector, D>& knots, Index columns, co
     summary.warnings.push_back(fmt::format("{} points outside the domain were left out", summary.outsideDomain));
   }
   fit.cells = last.cells();
+  if (const auto groups = twoGroups<D>(fit); groups.share > kManyTwoGroups) {
+    summary.warnings.push_back(
+        fmt::format("in {:.0f} % of the knot cells' points the heights fall into two groups, for instance around "
+                    "({:.6g}): the cloud "
+                    "may have two sheets or steps there, which a smooth function cannot follow",
+                    100 * groups.share, fmt::join(groups.place, ", ")));
+  }
   return fit;
+}
+
+template <int D>
+TwoGroups<D> twoGroups(const Fit<D>& fit) {
+  std::array<std::vector<Index>, D> spans;
+  for (std::size_t k = 0; k < D; ++k) spans[k] = fit.spline.knots()[k].spans();
+  TwoGroups<D> result;
+  double in = 0, all = 0, worst = 0;
+  for (std::size_t c = 0; c < fit.cells.size(); ++c) {
+    const double bimodality = fit.cells[c].bimodality();
+    if (!(bimodality > 0)) continue;
+    all += static_cast<double>(fit.cells[c].count);
+    if (bimodality < kTwoGroups) continue;
+    in += static_cast<double>(fit.cells[c].count);
+    if (!(fit.cells[c].max > worst)) continue;
+    worst = fit.cells[c].max;
+    std::size_t rest = c;
+    for (std::size_t k = D; k-- > 0;) {
+      const KnotVector& knots = fit.spline.knots()[k];
+      const Index span = spans[k][rest % spans[k].size()];
+      rest /= spans[k].size();
+      result.place[k] = (knots[span] + knots[span + 1]) / 2;
+    }
+  }
+  result.share = all > 0 ? in / all : 0;
+  return result;
 }
 
 template <int D>
@@ -324,6 +363,8 @@ template std::array<KnotVector, 1> normalisedKnots<1>(const Spline<1>&, Paramete
 template std::array<KnotVector, 2> normalisedKnots<2>(const Spline<2>&, ParameterScale);
 template Fit<1> fitLeastSquares<1>(const std::array<KnotVector, 1>&, Index, const PointPass<1>&, const FitOptions<1>&);
 template Fit<2> fitLeastSquares<2>(const std::array<KnotVector, 2>&, Index, const PointPass<2>&, const FitOptions<2>&);
+template TwoGroups<1> twoGroups<1>(const Fit<1>&);
+template TwoGroups<2> twoGroups<2>(const Fit<2>&);
 template Spline<1> graphOf<1>(const Spline<1>&);
 template Spline<2> graphOf<2>(const Spline<2>&);
 

@@ -77,6 +77,14 @@ struct FitSummary {
   }
 };
 
+// Where the heights of a function fall into two groups in knot cells (a cloud of two sheets, a step): the part of the
+// points in cells with enough points that lie in such ones, and the middle of the one with the largest errors.
+template <int D>
+struct TwoGroups {
+  double share = 0;
+  std::array<double, D> place{};
+};
+
 template <int D>
 struct Fit {
   Spline<D> spline;  // as many coordinates as the values have
@@ -100,6 +108,9 @@ Fit<D> fitLeastSquares(const std::array<KnotVector, D>& knots, const FitPoints<D
                        const FitOptions<D>& options = {}) {
   return fitLeastSquares<D>(knots, points.values.cols(), passOf<D>(points), options);
 }
+
+template <int D>
+TwoGroups<D> twoGroups(const Fit<D>& fit);
 
 // The knots with the domain scaled to volume 1 in the shape that `scale` says; see above.
 template <int D>

@@ -184,6 +184,10 @@ void FitErrors<D>::add(const FitPoints<D>& points) {
       const double error = std::sqrt(squares);
       if (error > tolerance_) ++cell.outside;
       cell.max = std::max(cell.max, error);
+      if (columns == 1) {
+        double power = 1;
+        for (double& sum : cell.powers) sum += power *= record[3];
+      }
       if (error > sums.worst.error) {
         const Index point = strip.numbers[r];
         sums.worst.error = error;
@@ -199,6 +203,20 @@ void FitErrors<D>::add(const FitPoints<D>& points) {
   });
   seen_ += points.count();
   outside_ += outside;
+}
+
+template <int D>
+double FitErrors<D>::Cell::bimodality() const {
+  constexpr Index kLeastPoints = 12;
+  if (count < kLeastPoints) return 0;
+  const auto n = static_cast<double>(count);
+  const double mean = powers[0] / n, second = powers[1] / n, third = powers[2] / n, fourth = powers[3] / n;
+  const double variance = second - mean * mean;
+  if (!(variance > 0)) return 0;
+  const double skew = third - 3 * mean * second + 2 * mean * mean * mean;
+  const double kurt = fourth - 4 * mean * third + 6 * mean * mean * second - 3 * mean * mean * mean * mean;
+  // Between 0 and 1 for every distribution, so skewness^2 + 1 <= kurtosis.
+  return kurt > 0 ? std::min((skew * skew / variance + variance * variance) / kurt, 1.0) : 0;
 }
 
 template <int D>

@@ -63,6 +63,11 @@ class FitErrors {
   struct Cell {
     Index count = 0, outside = 0;  // points, and those with a larger error than the tolerance
     double max = 0;
+    // Sums of the 1st to 4th powers of the errors of functions (z - f, without weights).
+    std::array<double, 4> powers{};
+    // Sarle's coefficient (skewness^2 + 1) / kurtosis: 1 / 3 for normal errors, 5 / 9 for evenly spread ones, 1 if they
+    // have only two values. 0 if there are fewer than 12 points or no errors.
+    double bimodality() const;
   };
   Index count() const;
   Index outsideDomain() const { return outside_; }

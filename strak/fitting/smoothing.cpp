@@ -232,7 +232,7 @@ Smoothed smooth(const SmoothingProblem& problem, const Smoothing& smoothing, Net
   for (double x = top; x > bottom - kStep; x -= kStep) path.sample(x);
   if (path.valid().empty()) {
     throw InvalidInput(
-        "no smoothing weight makes the fit unique: the points may lie on a line, or the energy ignores "
+        "no smoothing weight makes the fit unique: the degree may be too high, or the energy ignores "
         "more than they determine");
   }
   bool reached = true;

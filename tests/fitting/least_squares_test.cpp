@@ -298,6 +298,37 @@ TEST(LeastSquares, BridgesHolesSmoothly) {
   EXPECT_LT(std::abs(evaluate<2>(fit.spline, {0.6, 0.55})[0] - test::franke(0.6, 0.55)), 0.15);
 }
 
+TEST(LeastSquares, DoesNotDependOnThePlaceOfTheModel) {
+  const Net points = test::frankePoints(5000);
+  Net moved = points;
+  moved.col(0).array() += 5e5;
+  moved.col(1).array() += 4e6;
+  moved.col(2).array() += 1e7;
+  const auto here = fitLeastSquares<2>(bicubic(15), {points.leftCols(2), points.rightCols(1)});
+  const auto there = fitLeastSquares<2>(
+      {KnotVector::uniformClamped(3, 15, 5e5, 5e5 + 1), KnotVector::uniformClamped(3, 15, 4e6, 4e6 + 1)},
+      {moved.leftCols(2), moved.rightCols(1)});
+  EXPECT_NEAR(there.summary.lambda, here.summary.lambda, 1e-3 * here.summary.lambda);
+  EXPECT_LT((there.spline.net().array() - 1e7 - here.spline.net().array()).abs().maxCoeff(), 1e-6);
+}
+
+TEST(LeastSquares, SaysWhereACloudHasTwoSheets) {
+  Net points = test::frankePoints(8000);
+  const auto warningsOf = [](const Net& xyz) {
+    return fitLeastSquares<2>(bicubic(10), {xyz.leftCols(2), xyz.rightCols(1)}).summary.warnings;
+  };
+  EXPECT_TRUE(warningsOf(points).empty());
+  Net folded = points;
+  for (Index r = 0; r < 8000; r += 3) {
+    if (points(r, 0) > 0.5) folded(r, 2) += 0.2 + points(r, 1);
+  }
+  const auto fit = fitLeastSquares<2>(bicubic(10), {folded.leftCols(2), folded.rightCols(1)});
+  EXPECT_NEAR(twoGroups<2>(fit).share, 0.5, 0.1);
+  EXPECT_GT(twoGroups<2>(fit).place[0], 0.5);
+  ASSERT_EQ(fit.summary.warnings.size(), 1U);
+  EXPECT_NE(fit.summary.warnings[0].find("two sheets"), std::string::npos);
+}
+
 TEST(LeastSquares, RefusesWhatItCannotDo) {
   const Net points = test::frankePoints(20);
   const auto fit = [&](const Net& xyz, const FitOptions<2>& options) {
@@ -319,6 +350,13 @@ TEST(LeastSquares, RefusesWhatItCannotDo) {
   line.col(1) = line.col(0);
   EXPECT_THROW(fit(line, options), InvalidInput);
   EXPECT_THROW(fit(points.topRows(1), options), InvalidInput);
+  // Squares beyond the numbers there are.
+  Net extreme = points;
+  extreme.col(2) *= 1e200;
+  EXPECT_THROW(fit(extreme, options), InvalidInput);
+  extreme.col(2) *= 1e-250;
+  extreme.col(2) *= 1e-150;
+  EXPECT_THROW(fit(extreme, options), InvalidInput);
 }
 
 TEST(LeastSquares, TheGraphOfAFunctionIsExact) {
