@@ -18,6 +18,7 @@
 #include "strak/base/error.h"
 #include "strak/exchange/file_kind.h"
 #include "strak/fitting/adaptive_fit.h"
+#include "strak/fitting/minimax_fit.h"
 #include "strak/fitting/parameter_correction.h"
 #include "strak/fitting/robust_fit.h"
 
@@ -155,6 +156,11 @@ void takeOver(const RobustFit<D>& fit, const std::string& name, FitReport& repor
                  {"rounds", fit.rounds}, {"converged", fit.converged}, {"gap", fit.gap}};
 }
 
+template <int D>
+void takeOver(const MinimaxFit<D>& fit, FitReport& report) {
+  report.loss = {{"name", "linf"}, {"rounds", fit.rounds}, {"converged", fit.converged}, {"gap", fit.gap}};
+}
+
 // How many rounds of parameter correction: only points that come without parameters are corrected unasked.
 int correctionRounds(const FitArguments& arguments, const FitColumns& columns) {
   constexpr int kUnasked = 10;
@@ -181,9 +187,9 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   report.tolerance = options.fit.tolerance;
   report.share = options.share;
   RobustFitOptions<D> robust;
-  const bool isRobust = arguments.loss != "l2";
+  const bool isMinimax = arguments.loss == "linf", isRobust = arguments.loss != "l2" && !isMinimax;
   if (isRobust) robust.loss = lossNamed(arguments.loss);
-  if (isRobust && report.adaptive) {
+  if ((isRobust || isMinimax) && report.adaptive) {
     throw InvalidInput("--tolerance refines fits of least squares: leave --loss out, or give the --size");
   }
   const int rounds = correctionRounds(arguments, columns);
@@ -191,9 +197,9 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   const FitInput<D> input = fitInput<D>(
       file, columns, static_cast<std::uintmax_t>(wholeNumber("--memory", arguments.memory, 0, 1 << 30)) << 20);
   report.streamed = input.streamed;
-  if (input.streamed && (isRobust || rounds > 0)) {
+  if (input.streamed && (isRobust || isMinimax || rounds > 0)) {
     throw InvalidInput(fmt::format("'{}' is too large to be kept in memory, as {} needs: thin the points out",
-                                   arguments.input, isRobust ? "--loss" : "--correct"));
+                                   arguments.input, rounds > 0 ? "--correct" : "--loss"));
   }
   const auto start = startKnots<D>(arguments, input, report.adaptive);
   ProgressBar bar({1.0}, !arguments.json && !arguments.quiet, interrupted);
@@ -207,6 +213,13 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   };
   const FitMaker<D> make = [&](const FitPoints<D>& points, const Fit<D>* previous) {
     const auto& knots = previous != nullptr ? previous->spline.knots() : start;
+    if (isMinimax) {
+      MinimaxFitOptions<D> minimax;
+      minimax.fit = options.fit;
+      MinimaxFit<D> result = fitMinimax<D>(knots, points, minimax);
+      takeOver<D>(result, report);
+      return std::move(result.fit);
+    }
     if (!isRobust) return fitPass(passOf<D>(points), knots);
     RobustFit<D> result = fitRobustly<D>(knots, points, robust);
     takeOver<D>(result, arguments.loss, report);
@@ -274,7 +287,10 @@ void print(const FitReport& report, const FitArguments& arguments, double second
   fmt::print("smoothing   {} ({}), {} degrees of freedom\n", number(s.lambda), s.energyName, number(s.freedom));
   fmt::print("errors      rms {}, largest {} at point {} ({})\n", number(s.rms), number(s.max), s.worstPoint + 1,
              fmt::join(s.worstPlace, ", "));
-  if (!report.loss.is_null()) {
+  if (!report.loss.is_null() && !report.loss.contains("scale")) {
+    fmt::print("loss        {}: gap {} after {} rounds\n", report.loss["name"].get<std::string>(),
+               number(report.loss["gap"].get<double>()), report.loss["rounds"].dump());
+  } else if (!report.loss.is_null()) {
     fmt::print("loss        {}: scale of the noise {}, {} outliers, gap {} after {} rounds\n",
                report.loss["name"].get<std::string>(), number(report.loss["scale"].get<double>()),
                report.loss["outliers"].dump(), number(report.loss["gap"].get<double>()), report.loss["rounds"].dump());
@@ -357,7 +373,8 @@ void addFit(CLI::App& program, const std::string& commandLine) {
   command->add_option("--most-points", arguments->mostPoints, "At most so many control points")->capture_default_str();
   command
       ->add_option("--loss", arguments->loss,
-                   "l2 (least squares), or what outliers do not move: huber, tukey, l1 (with a certified gap)")
+                   "l2 (least squares); what outliers do not move: huber, tukey, l1 (with a certified gap); linf: the "
+                   "largest error is least (with a certified gap)")
       ->capture_default_str();
   command->add_option("--correct", arguments->correct,
                       "Points in space: at most so many rounds of parameter correction; default: 10 if the points come "

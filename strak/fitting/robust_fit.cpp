@@ -203,7 +203,7 @@ Loss lossNamed(std::string_view name) {
   if (name == "huber") return Loss::huber;
   if (name == "tukey") return Loss::tukey;
   if (name == "l1") return Loss::absolute;
-  throw InvalidInput(fmt::format("there is no loss '{}': choose l2, l1, huber or tukey", name));
+  throw InvalidInput(fmt::format("there is no loss '{}': choose l2, l1, linf, huber or tukey", name));
 }
 
 template <int D>

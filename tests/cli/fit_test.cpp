@@ -174,6 +174,16 @@ TEST_F(FitCommand, IsNotMovedByOutliersWithAnotherLoss) {
             std::string::npos);
 }
 
+TEST_F(FitCommand, MakesTheLargestErrorLeast) {
+  std::string text;
+  for (int i = 0; i <= 400; ++i) text += fmt::format("{} {}\n", i / 200.0 - 1, std::pow(i / 200.0 - 1, 4));
+  const auto object = json({"fit", write("quartic.txt", text), "-o", path("out.g2"), "--kind", "function", "--size",
+                            "4", "--smoothing", "0", "--loss", "linf"})["objects"][0];
+  EXPECT_EQ(object["loss"]["name"], "linf");
+  EXPECT_LE(object["loss"]["gap"].get<double>(), 0.02);
+  EXPECT_NEAR(object["max"].get<double>(), 0.125, 0.002);  // Chebyshev's polynomial
+}
+
 TEST_F(FitCommand, StreamedFilesGiveTheSame) {
   const std::string points = saddle(120, 0.01);
   const auto kept = json({"fit", points, "-o", path("a.g2"), "--size", "20"})["objects"][0];
