@@ -40,17 +40,25 @@ TEST_F(Interrupt, CtrlCKeepsTheBestSoFar) {
 }
 
 TEST_F(Interrupt, ASecondCtrlCEndsAtOnceAndWritesNothing) {
-  const pid_t process = startLongRun();
-  std::this_thread::sleep_for(std::chrono::milliseconds(700));
-  // Both before the program can have finished its best net.
-  ASSERT_EQ(::kill(process, SIGSTOP), 0);
-  ASSERT_EQ(::kill(process, SIGINT), 0);
-  ASSERT_EQ(::kill(process, SIGCONT), 0);
-  std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  ::kill(process, SIGINT);
-  const Outcome outcome = finish(process);
-  EXPECT_EQ(outcome.code, 128 + SIGINT) << outcome.out;
-  EXPECT_FALSE(std::filesystem::exists(file("out.g2")));
+  // On a busy machine the second one may come when the best net has been written already: then once more.
+  for (int attempt = 0; attempt < 5; ++attempt) {
+    const pid_t process = startLongRun();
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    ASSERT_EQ(::kill(process, SIGSTOP), 0);
+    ASSERT_EQ(::kill(process, SIGINT), 0);
+    ASSERT_EQ(::kill(process, SIGCONT), 0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ::kill(process, SIGINT);
+    const Outcome outcome = finish(process);
+    if (outcome.code == 0) {
+      std::filesystem::remove(file("out.g2"));
+      continue;
+    }
+    EXPECT_EQ(outcome.code, 128 + SIGINT) << outcome.out;
+    EXPECT_FALSE(std::filesystem::exists(file("out.g2")));
+    return;
+  }
+  FAIL() << "five times the first Ctrl-C had done its work before the second one came";
 }
 
 TEST_F(Interrupt, ATerminalSeesAProgressBarThatGoesAway) {
