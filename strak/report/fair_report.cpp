@@ -41,7 +41,7 @@ Json objectJson(const FairedObject& object) {
     json["fairness"] = {{"before", fairness(*object.fairnessBefore)}, {"after", fairness(*object.fairnessAfter)}};
   if (object.curve) {
     json["curve"] = {{"before", fairness(object.curve->before)}, {"after", fairness(object.curve->after)}};
-    json["curvatureExtrema"] = {{"before", object.curve->extremaBefore}, {"after", object.curve->extremaAfter}};
+    json["curvature_extrema"] = {{"before", object.curve->extremaBefore}, {"after", object.curve->extremaAfter}};
   }
   json["deviation"] = {{"control_points", object.controlPointMove},
                        {"lower", object.deviationLower},

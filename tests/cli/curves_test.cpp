@@ -27,8 +27,8 @@ TEST_F(Curves, AreFairedExactlyAndWrittenBack) {
                                 "--hold", "g0", "--report", path("out.html"), "--json"});
   const auto& object = json["objects"][0];
   EXPECT_EQ(object["kind"], "digitised curve");
-  EXPECT_GT(object["curvatureExtrema"]["before"], 20);
-  EXPECT_LT(object["curvatureExtrema"]["after"], 6);
+  EXPECT_GT(object["curvature_extrema"]["before"], 20);
+  EXPECT_LT(object["curvature_extrema"]["after"], 6);
   EXPECT_LE(object["deviation"]["certified"], 0.001);
   EXPECT_LT(object["curve"]["after"]["curvature_variation"], object["curve"]["before"]["curvature_variation"]);
   EXPECT_NE(text("out.html").find("Curvature of the curves"), std::string::npos);
@@ -44,7 +44,7 @@ TEST_F(Curves, AreFairedExactlyAndWrittenBack) {
 TEST_F(Curves, GetNoMoreExtremaThanWished) {
   const auto json = this->json({"fair", arch(), "-o", path("out.g2"), "--energy", "exact", "--tolerance", "0.002",
                                 "--hold", "g0", "--curvature-extrema", "1", "--json"});
-  EXPECT_LE(json["objects"][0]["curvatureExtrema"]["after"], 1);
+  EXPECT_LE(json["objects"][0]["curvature_extrema"]["after"], 1);
   const auto tight = this->json({"fair", arch(), "-o", path("out.g2"), "--energy", "exact", "--tolerance", "1e-6",
                                  "--hold", "g0", "--curvature-extrema", "1", "--json"});
   EXPECT_NE(tight["objects"][0]["notes"].dump().find("fewest that were reached"), std::string::npos);
@@ -61,7 +61,7 @@ TEST_F(Curves, ClassicalMethodsKeepTheTolerance) {
                                   "0.001", "--hold", "g1", "--json"});
     const auto& object = json["objects"][0];
     EXPECT_LE(object["deviation"]["certified"], 0.001 * (1 + 1e-6)) << method;
-    EXPECT_LT(object["curvatureExtrema"]["after"], object["curvatureExtrema"]["before"]) << method;
+    EXPECT_LT(object["curvature_extrema"]["after"], object["curvature_extrema"]["before"]) << method;
   }
   const std::string surface = write("s.g2", g2(wavySurface(3, 10, 10)));
   EXPECT_EQ(strak({"fair", surface, "-o", path("k.g2"), "--method", "kjellander", "--tolerance", "0.1"}).code, 0);
