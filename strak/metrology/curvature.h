@@ -27,11 +27,21 @@ std::optional<Eigen::Vector3d> unitNormal(const Eigen::Vector3d& tangentU, const
 SurfaceCurvature surfaceCurvature(const Eigen::Ref<const Net>& d);
 SurfaceCurvature surfaceCurvature(const Surface& surface, double u, double v);
 
-// The covariant derivative C of the second fundamental form in the frame of the principal directions, from all
-// derivatives up to third order (10 rows): (C_111, C_112, C_122, C_222). C is symmetric (Codazzi), C_111 = dk1/de1,
-// C_222 = dk2/de2 and |C|^2 = C_111^2 + 3 C_112^2 + 3 C_122^2 + C_222^2. Zero where the surface is not regular. C_ijk =
-// X_ijk.n - h_k^l X_ij.X_l - Gamma^l_ki h_lj - Gamma^l_kj h_il.
-Eigen::Vector4d curvatureDerivative(const Eigen::Ref<const Net>& d);
+// How strongly a surface is curved at a place and how its curvature changes there, without directions. All zero where
+// it is not regular.
+struct CurvatureRates {
+  double area = 0;               // |X_u x X_v|
+  double principal[2] = {0, 0};  // k1 >= k2
+  // The covariant derivative C of the second fundamental form in the frame of the principal directions: (C_111, C_112,
+  // C_122, C_222). C is symmetric (Codazzi), C_111 = dk1/de1, C_222 = dk2/de2 and
+  // |C|^2 = C_111^2 + 3 C_112^2 + 3 C_122^2 + C_222^2.
+  Eigen::Vector4d derivative = Eigen::Vector4d::Zero();
+  bool regular = false;
+};
+
+// From all derivatives up to third order (10 rows, as above):
+// C_ijk = X_ijk.n - h_k^l X_ij.X_l - Gamma^l_ki h_lj - Gamma^l_kj h_il. Throws InvalidInput as above.
+CurvatureRates curvatureRates(const Eigen::Ref<const Net>& d);
 
 // Normal curvature in the tangent direction a X_u + b X_v.
 double normalCurvature(const Surface& surface, double u, double v, double a, double b);

@@ -161,13 +161,13 @@ std::vector<double> nodesOn(const GaussRule& rule, double from, double to) {
 
 Figures surfaceDensity(const SurfaceJet& jet) {
   const Eigen::Map<const Net> d(jet[0].data(), 10, 3);
-  const SurfaceCurvature k = surfaceCurvature(d);
-  if (!k.regular) return Figures::Zero();
-  const Eigen::Vector4d c = curvatureDerivative(d);
-  const double plate = k.principal[0] * k.principal[0] + k.principal[1] * k.principal[1];
+  const CurvatureRates at = curvatureRates(d);
+  if (!at.regular) return Figures::Zero();
+  const Eigen::Vector4d& c = at.derivative;
+  const double plate = at.principal[0] * at.principal[0] + at.principal[1] * at.principal[1];
   const double own = c[0] * c[0] + c[3] * c[3];
   const double all = own + 3 * (c[1] * c[1] + c[2] * c[2]);
-  const Figures density = Figures(1, plate, own, all) * jet[1].cross(jet[2]).norm();
+  const Figures density = Figures(1, plate, own, all) * at.area;
   return density.isFinite().all() ? density : Figures::Zero();
 }
 

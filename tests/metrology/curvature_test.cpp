@@ -66,7 +66,7 @@ TEST(CurvatureDerivative, AgreesWithDifferencesOnRandomSurfaces) {
     const double u = unit(random), v = unit(random);
     const Net d = derivatives<2>(s, {u, v}, 3);
     const auto c = surfaceCurvature(d);
-    const Eigen::Vector4d covariant = curvatureDerivative(d);
+    const Eigen::Vector4d covariant = curvatureRates(d).derivative;
     for (int a = 0; a < 2; ++a) {
       // The parameter direction of e_a.
       Eigen::Matrix<double, 3, 2> tangents;
