@@ -51,7 +51,9 @@ void measure(const Object& object, const Surface& original, const Surface& after
   if (!whole) visible.emplace(before, object.trims);
   const TrimRegion* region = visible && !visible->isWholeDomain() ? &*visible : nullptr;
   entry.fairnessBefore = surfaceFairness(before, fairnessOptions(before.net().rows(), region));
-  entry.fairnessAfter = surfaceFairness(after, fairnessOptions(after.net().rows(), region));
+  const bool same = before.knots() == after.knots() && before.net() == after.net();
+  entry.fairnessAfter =
+      same ? entry.fairnessBefore : surfaceFairness(after, fairnessOptions(after.net().rows(), region));
   entry.plate = {entry.fairnessBefore->plate, entry.fairnessAfter->plate};
 }
 

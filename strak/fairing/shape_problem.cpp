@@ -14,6 +14,8 @@ constexpr double kPlateFloor = 1e-14;  // below this all is rounding
 constexpr double kGuardError = 1e-3;   // of the adaptive integrals ...
 constexpr double kSharpError = 2e-5;   // ... and where before and after are this close:
 constexpr double kClose = 0.98;
+constexpr Index kEvaluations = 1'000'000;        // of an adaptive integral, at most ...
+constexpr Index kSingularEvaluations = 150'000;  // ... and where more would not make it converge
 constexpr double kMoreJoinWeight = 5;
 constexpr double kFirstWeight = 0.01;  // of what is not to get smaller, only not larger
 constexpr double kMostJoinWeight = 1e8;
@@ -46,6 +48,11 @@ ShapeProblem::ShapeProblem(const std::vector<ShapePatch>& patches, const std::ve
     tied_ = input.tied;
     patch.first = patch.energy.values(patch.start);
     patch.before = fairnessOf(patch, input.surface, kGuardError);
+    if (!trusted(patch.before)) {
+      // Compared are figures after the same work.
+      patch.singular = true;
+      patch.before = fairnessOf(patch, input.surface, kGuardError);
+    }
     const double size = sizeOf(patch.start);
     patch.roughnessFloor = size > 0 ? 1e-14 / (size * size) : 1e-300;
     patches_.push_back(std::move(patch));
@@ -142,7 +149,7 @@ void ShapeProblem::addInnerLines(std::size_t patch) {
 SurfaceFairness ShapeProblem::fairnessOf(const Patch& patch, const Surface& surface, double relativeError) {
   FairnessOptions options;
   options.relativeError = relativeError;
-  options.maxEvaluations = 1'000'000 + 100 * patch.energy.activeCells();
+  options.maxEvaluations = (patch.singular ? kSingularEvaluations : kEvaluations) + 100 * patch.energy.activeCells();
   if (!patch.energy.isWhole()) {
     options.context = &patch.energy;
     options.inside = [](double u, double v, const void* energy) {
@@ -298,9 +305,9 @@ ShapeProblem::Worse ShapeProblem::worsePatch(std::size_t p, const Eigen::VectorX
   const ShapeEnergies& now = at.patches[p];
   Worse worse{now.plate > patch.first.plate, now.roughness > patch.first.roughness};
   // The curvature variation is at most the roughness, so mostly it need not be integrated.
-  if (!worse.plate && !worse.roughness && now.roughness > 0.99 * patch.before.curvatureVariation) {
+  if (!worse.plate && !worse.roughness && !patch.singular && now.roughness > 0.99 * patch.before.curvatureVariation) {
     const SurfaceFairness after = fairnessOf(patch, surface(p, e), kGuardError);
-    worse.roughness = after.curvatureVariation > patch.before.curvatureVariation && trusted(patch.before);
+    worse.roughness = after.curvatureVariation > patch.before.curvatureVariation;
   }
   return worse;
 }
@@ -363,21 +370,22 @@ bool ShapeProblem::raiseWeights(const Eigen::VectorXd& e, const Figures& now) {
 }
 
 bool ShapeProblem::figuresHold(const Eigen::VectorXd& e, std::vector<SurfaceFairness>& before,
-                               std::vector<SurfaceFairness>& after) const {
+                               std::vector<SurfaceFairness>& after) {
   before.clear();
   after.clear();
   for (std::size_t p = 0; p < patches_.size(); ++p) {
-    const Patch& patch = patches_[p];
+    Patch& patch = patches_[p];
     const Surface moved = surface(p, e);
     before.push_back(patch.before);
     after.push_back(fairnessOf(patch, moved, kGuardError));
     if (below(after[p], before[p], kClose)) continue;
-    if (!trusted(before[p]) || !trusted(after[p])) {
+    if (patch.singular || !trusted(after[p])) {
       // Of many, one with a singular corner must not keep all others from moving.
       if (patches_.size() > 1 || below(after[p], before[p], 1)) continue;
       return false;
     }
-    before[p] = fairnessOf(patch, patch.input->surface, kSharpError);
+    if (!patch.sharpBefore) patch.sharpBefore = fairnessOf(patch, patch.input->surface, kSharpError);
+    before[p] = *patch.sharpBefore;
     after[p] = fairnessOf(patch, moved, kSharpError);
     if (!below(after[p], before[p], 1)) return false;
   }

@@ -46,8 +46,7 @@ class ShapeProblem {
   void turnPlateWeight(const Eigen::VectorXd& e, const Figures& at);
   bool joinsHold(const Figures& at) const;
   // No figure of any patch is larger than its input's, integrated adaptively, sharply where they are close.
-  bool figuresHold(const Eigen::VectorXd& e, std::vector<SurfaceFairness>& before,
-                   std::vector<SurfaceFairness>& after) const;
+  bool figuresHold(const Eigen::VectorXd& e, std::vector<SurfaceFairness>& before, std::vector<SurfaceFairness>& after);
   // Gives more weight to what is worse than the input: joins, and of several patches their figures. False if there is
   // nothing to raise.
   bool raiseWeights(const Eigen::VectorXd& e, const Figures& now);
@@ -77,12 +76,14 @@ class ShapeProblem {
     Net start;  // points in space
     ShapeEnergy energy;
     SpanLevels levels;
-    ShapeEnergies first{};      // over the active cells
-    SurfaceFairness before{};   // the same and more, integrated adaptively
-    double metricWeight = 0;    // mu
-    double plateWeight = 1;     // theta
-    double roughWeight = 1;     // psi
-    double roughnessFloor = 0;  // below this all is rounding
+    ShapeEnergies first{};                            // over the active cells
+    SurfaceFairness before{};                         // the same and more, integrated adaptively ...
+    std::optional<SurfaceFairness> sharpBefore = {};  // ... and sharply, once it is needed
+    bool singular = false;                            // the integrals do not converge: no more than a hint
+    double metricWeight = 0;                          // mu
+    double plateWeight = 1;                           // theta
+    double roughWeight = 1;                           // psi
+    double roughnessFloor = 0;                        // below this all is rounding
     Index firstRow = 0;
   };
   struct Join {

@@ -25,6 +25,13 @@ using Figures = Eigen::Array<double, kFigures, 1>;
 // singular point with unbounded curvature) is reported as its error.
 constexpr int kMaxDepth = 16;
 
+// An integral whose worst figure goes on growing by this factor from round to round, over so many of them, and with as
+// large an error as that, follows a power of the distance to a singular place and has no value: the rounds to come
+// would cost twice as much each and tell the same.
+constexpr int kGrowingRounds = 8;
+constexpr double kGrows = 1.5;
+constexpr double kLargeError = 0.3;
+
 // A trimmed surface starts with at least so many cells a direction, or small holes between the nodes would go unseen.
 constexpr Index kTrimmedCells = 32;
 
@@ -102,6 +109,8 @@ Totals integrateAdaptively(std::vector<Cell> fresh, int directions, Index evalua
                            const Integrate& integrate) {
   std::vector<Cell> cells;
   Index left = options.maxEvaluations;
+  Figures last = Figures::Constant(std::numeric_limits<double>::infinity());
+  int growing = 0;
   while (true) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, fresh.size(), 4), [&](const auto& range) {
       for (std::size_t i = range.begin(); i < range.end(); ++i) integrate(fresh[i]);
@@ -122,8 +131,13 @@ Totals integrateAdaptively(std::vector<Cell> fresh, int directions, Index evalua
       }
     }
     const Figures scale = totals.value.max(floors(totals.value, directions)).max(std::numeric_limits<double>::min());
-    totals.relativeError = ((smoothError + cutError.sqrt()) / scale).maxCoeff();
+    Index worstFigure = 0;
+    totals.relativeError = ((smoothError + cutError.sqrt()) / scale).maxCoeff(&worstFigure);
     if (totals.relativeError <= options.relativeError || left <= 0) return totals;
+    const bool grows = totals.relativeError > kLargeError && totals.value[worstFigure] > kGrows * last[worstFigure];
+    growing = grows ? growing + 1 : 0;
+    if (growing == kGrowingRounds) return totals;
+    last = totals.value;
 
     const auto worst =
         worstCells(cells, scale, options.relativeError, static_cast<std::size_t>(left / (evaluations << directions)));

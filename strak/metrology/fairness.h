@@ -12,7 +12,7 @@ struct SurfaceFairness {
   double plate = 0;               // int k1^2 + k2^2 dA, the exact bending energy; no unit
   double curvatureVariation = 0;  // MVS: int (dk1/de1)^2 + (dk2/de2)^2 dA; 1 / length^2
   double isophoteRoughness = 0;   // int |nabla h|^2 dA, h the second fundamental form: all lights; 1 / length^2
-  double relativeError = 0;       // estimated error of the worst of the figures
+  double relativeError = 0;       // estimated error of the worst of the figures; near 1 where they are infinite
 };
 
 struct FairnessOptions {
@@ -24,7 +24,8 @@ struct FairnessOptions {
 
 // Jumps of the curvature across knot lines of low continuity are not part of the integrals. Where the surface is
 // singular (collapsed edges, cusps) the density counts as zero at the point itself. Method: two Gauss rules per knot
-// span, compared; the cells that differ most are quartered until the sum of all differences is small. With `inside` the
+// span, compared; the cells that differ most are quartered until the sum of all differences is small, or until a figure
+// has grown in proportion to its cells for eight rounds and so has no finite value. With `inside` the
 // cells that it cuts count as independent errors. The result does not depend on the number of threads. Cost: 52
 // evaluations with third derivatives a span where the surface is calm. Multi-threaded. Throws InvalidInput unless the
 // surface lies in space (3 coordinates).
