@@ -23,15 +23,6 @@ constexpr double kShorter[] = {0.5, 0.25};  // the first step, where the guard r
 constexpr double kInnerAccuracy = 1e-5;     // of the energy
 constexpr double kAnchor = 1e-10;           // of the diagonal: what holds the points that an energy leaves free
 
-ShapePatch patchOf(const Surface& input, const HeldPoints& held) {
-  ShapePatch patch{input, std::vector<int>(static_cast<std::size_t>(input.net().rows()), -1)};
-  int unknowns = 0;
-  for (std::size_t r = 0; r < patch.unknownOf.size(); ++r) {
-    if (held.empty() || held[r] == 0) patch.unknownOf[r] = unknowns++;
-  }
-  return patch;
-}
-
 class Iteration {
  public:
   Iteration(ShapePatch patch, const DataDependentFairingOptions& options)

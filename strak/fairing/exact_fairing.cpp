@@ -24,15 +24,6 @@ constexpr double kSingular = 0.9999;   // of the roughness in ...
 constexpr double kMostlyRight = 0.01;  // relative error of the sum over cells that converge
 constexpr double kFewCells = 0.05;     // ... this part of the cells at most
 
-ShapePatch patchOf(const Surface& input, const HeldPoints& held) {
-  ShapePatch patch{input, std::vector<int>(static_cast<std::size_t>(input.net().rows()), -1)};
-  int unknowns = 0;
-  for (std::size_t r = 0; r < patch.unknownOf.size(); ++r) {
-    if (held.empty() || held[r] == 0) patch.unknownOf[r] = unknowns++;
-  }
-  return patch;
-}
-
 // The held points and those of the few cells that have nearly all the roughness; empty if there are none, or nothing
 // else would be free.
 HeldPoints holdSingularCells(const ShapePatch& patch, const HeldPoints& held) {

@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <tuple>
 
 #include "strak/base/error.h"
+#include "strak/fairing/held_rows.h"
 #include "strak/spline/knot_insertion.h"
-#include "strak/spline/periodic.h"
 
 namespace strak {
 namespace {
@@ -20,125 +19,7 @@ constexpr double kNoInfluence = 1e-9;    // of a point's move: what an edge that
 constexpr double kAlwaysAllowed = 4096;  // points that a refined net may have whatever its growth
 constexpr Index kPoleRows = 3;           // rows that keep tangent plane and curvature at a pole
 
-// Borders of one direction: how many rows are held at its two ends and at its creases.
-struct Borders {
-  Index low = 0, high = 0, crease = 0;
-  int seam = -1;  // derivatives that agree at an open seam
-
-  // After how many rows the points of an open seam repeat; 0 if they do not.
-  Index period(Index rows) const { return seam < 0 ? 0 : rows - 1 - seam; }
-};
-
-// Rows first..last (inclusive, perhaps empty) that are held together.
-struct Range {
-  Index first, last;
-};
-
-// The held ranges of one direction, from the low end over the creases to the high end.
-std::vector<Range> heldRanges(const KnotVector& knots, const Borders& borders, int energyOrder) {
-  const Index p = knots.degree();
-  const Index n = knots.size();
-  // At an end with fewer than p knots p - m + 1 rows take part in the position there instead of one.
-  const Index low = p - std::min<Index>(p, knots.multiplicity(knots.from()));
-  const Index high = p - std::min<Index>(p, knots.multiplicity(knots.to()));
-  const Index lowRows = borders.low > 0 ? borders.low + low : 0;
-  const Index highRows = borders.high > 0 ? borders.high + high : 0;
-  std::vector<Range> ranges{{0, std::min(lowRows, n) - 1}};
-  for (const auto& knot : knots.innerKnots()) {
-    if (knot.multiplicity <= p - energyOrder + 1) continue;
-    // Rows s - p .. s - m take part in the position at the knot; each further row outwards adds a derivative. With
-    // m = p + 1 the two sides are apart and have a row each.
-    const Index s = knots.findSpan(knot.value);
-    const Index near = s - p;
-    const Index far = s - knot.multiplicity;
-    const Range range{std::min(near, far) - borders.crease + 1, std::max(near, far) + borders.crease - 1};
-    ranges.push_back(borders.seam >= 0 ? range : Range{std::max<Index>(0, range.first), std::min(n - 1, range.last)});
-  }
-  ranges.push_back({std::max<Index>(0, n - highRows), n - 1});
-  return ranges;
-}
-
-// Across an open seam ranges go on at the other end.
-std::vector<std::uint8_t> heldRows(const KnotVector& knots, const Borders& borders, int energyOrder) {
-  const Index n = knots.size();
-  const Index period = borders.period(n);
-  std::vector<std::uint8_t> held(static_cast<std::size_t>(n), 0);
-  for (const Range& range : heldRanges(knots, borders, energyOrder)) {
-    for (Index i = range.first; i <= range.last; ++i) {
-      const Index row = period > 0 ? (i % period + period) % period : i;
-      held[static_cast<std::size_t>(row)] = 1;
-    }
-  }
-  for (Index i = period; period > 0 && i < n; ++i) {
-    held[static_cast<std::size_t>(i)] = held[static_cast<std::size_t>(i - period)];
-  }
-  return held;
-}
-
 Index countFree(const std::vector<std::uint8_t>& held) { return std::count(held.begin(), held.end(), 0); }
-
-std::vector<double> breakpoints(const KnotVector& knots) {
-  std::vector<double> values{knots.from()};
-  for (const auto& knot : knots.innerKnots()) values.push_back(knot.value);
-  values.push_back(knots.to());
-  return values;
-}
-
-// Halves the longest stretch of `points` `count` times and returns the new values.
-std::vector<double> halveLongest(std::vector<double> points, Index count) {
-  std::vector<double> added;
-  for (; count > 0; --count) {
-    std::size_t longest = 0;
-    for (std::size_t i = 1; i + 1 < points.size(); ++i) {
-      // Lengths equal to rounding count as equal, so that the first of them is taken on every scale of the knots.
-      if (points[i + 1] - points[i] > (1 + 1e-9) * (points[longest + 1] - points[longest])) longest = i;
-    }
-    const double middle = std::midpoint(points[longest], points[longest + 1]);
-    if (!(points[longest] < middle && middle < points[longest + 1])) break;  // no number lies between
-    points.insert(points.begin() + static_cast<std::ptrdiff_t>(longest) + 1, middle);
-    added.push_back(middle);
-  }
-  return added;
-}
-
-// The knots to insert so that every stretch between borders has a free row and the direction has minFree of them.
-std::vector<double> knotsForRoom(const KnotVector& knots, const Borders& borders, int energyOrder, Index minFree) {
-  const std::vector<Range> ranges = heldRanges(knots, borders, energyOrder);
-  const std::vector<double> points = breakpoints(knots);
-  std::vector<double> ends{knots.from()};
-  for (const auto& knot : knots.innerKnots()) {
-    if (knot.multiplicity > knots.degree() - energyOrder + 1) ends.push_back(knot.value);
-  }
-  ends.push_back(knots.to());
-
-  std::vector<double> added;
-  Index free = 0;
-  for (std::size_t k = 0; k + 1 < ranges.size(); ++k) {
-    const Index room = ranges[k + 1].first - ranges[k].last - 1;
-    const auto from = std::find(points.begin(), points.end(), ends[k]);
-    const auto to = std::find(points.begin(), points.end(), ends[k + 1]);
-    const std::vector<double> here = halveLongest(std::vector<double>(from, to + 1), 1 - std::min<Index>(room, 1));
-    added.insert(added.end(), here.begin(), here.end());
-    free += std::max<Index>(room, 1);
-  }
-  std::vector<double> all = points;
-  all.insert(all.end(), added.begin(), added.end());
-  std::sort(all.begin(), all.end());
-  const std::vector<double> more = halveLongest(std::move(all), std::max<Index>(0, minFree - free));
-  added.insert(added.end(), more.begin(), more.end());
-  return added;
-}
-
-// The middles of the spans between parameters `from` and `to`.
-std::vector<double> midSpans(const KnotVector& knots, double from, double to) {
-  std::vector<double> middles;
-  for (Index s : knots.spans()) {
-    if (knots[s + 1] <= from || knots[s] >= to) continue;
-    const double middle = std::midpoint(knots[s], knots[s + 1]);
-    if (knots[s] < middle && middle < knots[s + 1]) middles.push_back(middle);
-  }
-  return middles;
-}
 
 // The control points with index i in direction k, in space.
 template <int D>
@@ -188,14 +69,14 @@ std::string sizeText(const Spline<D>& spline) {
 
 // The borders of every direction; tells about creases, seams and poles.
 template <int D>
-std::array<Borders, D> findBorders(const Spline<D>& spline, const FairingPlanOptions<D>& options,
-                                   const std::array<bool, 2 * D>& bordered, double size,
-                                   std::vector<std::string>& notes) {
-  std::array<Borders, D> borders;
+std::array<HeldBorders, D> findBorders(const Spline<D>& spline, const FairingPlanOptions<D>& options,
+                                       const std::array<bool, 2 * D>& bordered, double size,
+                                       std::vector<std::string>& notes) {
+  std::array<HeldBorders, D> borders;
   for (int k = 0; k < D; ++k) {
     const std::size_t at = 2 * static_cast<std::size_t>(k);
     const Index wished = std::max<Index>(1, std::max(options.rows[at], options.rows[at + 1]));
-    Borders& b = borders[static_cast<std::size_t>(k)];
+    HeldBorders& b = borders[static_cast<std::size_t>(k)];
     b.low = bordered[at] && !options.joined[at] ? options.rows[at] : 0;
     b.high = bordered[at + 1] && !options.joined[at + 1] ? options.rows[at + 1] : 0;
     b.crease = wished;
@@ -203,7 +84,7 @@ std::array<Borders, D> findBorders(const Spline<D>& spline, const FairingPlanOpt
 
     Index creases = 0;
     for (const auto& knot : spline.knots(k).innerKnots()) {
-      if (knot.multiplicity > spline.degree(k) - options.energyOrder + 1) ++creases;
+      if (isCrease(spline.knots(k), knot.multiplicity, options.energyOrder)) ++creases;
     }
     if (creases > 0) {
       notes.push_back(fmt::format(
@@ -212,14 +93,7 @@ std::array<Borders, D> findBorders(const Spline<D>& spline, const FairingPlanOpt
           creases, creases == 1 ? "" : "s", name, creases == 1 ? "is" : "are", wished, wished == 1 ? "" : "s"));
     }
     const bool joined = options.joined[at] && options.joined[at + 1];
-    const bool may = options.openSeams && bordered[at] && bordered[at + 1] && !joined;
-    const int smooth = may ? seamSmoothness(spline, k, kSamePoint) : -1;
-    if (smooth >= 0 && smooth >= options.energyOrder - 1) {
-      b.low = b.high = 0;
-      b.seam = smooth;
-      notes.push_back(
-          fmt::format("Closed in direction {}: the seam is free and stays smooth of order {}.", name, smooth));
-    } else if (bordered[at] && bordered[at + 1] && !joined && isClosed(spline, k, size)) {
+    if (bordered[at] && bordered[at + 1] && !joined && isClosed(spline, k, size)) {
       b.low = b.high = wished;
       notes.push_back(fmt::format("Closed in direction {}: {} row{} on each side of the seam are held.", name, wished,
                                   wished == 1 ? "" : "s"));
@@ -237,7 +111,7 @@ std::array<Borders, D> findBorders(const Spline<D>& spline, const FairingPlanOpt
 }
 
 template <int D>
-HeldPoints holdBorders(const Spline<D>& spline, const std::array<Borders, D>& borders, int energyOrder) {
+HeldPoints holdBorders(const Spline<D>& spline, const std::array<HeldBorders, D>& borders, int energyOrder) {
   HeldPoints held(static_cast<std::size_t>(spline.net().rows()), 0);
   std::array<std::vector<std::uint8_t>, D> rows;
   for (int k = 0; k < D; ++k) {
@@ -313,60 +187,8 @@ bool refineBy(Spline<D>& spline, const std::array<std::vector<double>, D>& added
   return true;
 }
 
-// Puts the plan into periodic form where a seam is open; false if rounding is in the way.
 template <int D>
-bool openSeams(FairingPlan<D>& plan, const std::array<Borders, D>& borders) {
-  for (int k = 0; k < D; ++k) {
-    const int smooth = borders[static_cast<std::size_t>(k)].seam;
-    if (smooth < 0) continue;
-    auto periodic = toPeriodic(plan.spline, k, smooth, 10 * kSamePoint);
-    if (!periodic) return false;
-    plan.spline = *std::move(periodic);
-    plan.openSeam[static_cast<std::size_t>(k)] = smooth;
-  }
-  return true;
-}
-
-// The pairs of rows that are one point, and that both are held if one is.
-template <int D>
-void pairSeams(FairingPlan<D>& plan) {
-  const Spline<D>& s = plan.spline;
-  std::vector<std::uint8_t> isCopy(plan.held.size(), 0);
-  for (int k = 0; k < D; ++k) {
-    const int smooth = plan.openSeam[static_cast<std::size_t>(k)];
-    if (smooth < 0) continue;
-    Index inner = 1;
-    for (int l = k + 1; l < D; ++l) inner *= s.size(l);
-    const Index count = s.size(k), period = count - 1 - smooth;
-    for (Index r = 0; r < s.net().rows(); ++r) {
-      const Index i = r / inner % count;
-      if (i < period) continue;
-      plan.sameAs.push_back({r - period * inner, r});
-      isCopy[static_cast<std::size_t>(r)] = 1;
-    }
-  }
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (const auto& [row, copy] : plan.sameAs) {
-      auto &a = plan.held[static_cast<std::size_t>(row)], &b = plan.held[static_cast<std::size_t>(copy)];
-      changed = changed || (a == 0) != (b == 0);
-      a = b = a != 0 || b != 0;
-    }
-  }
-  plan.freePoints = 0;
-  for (std::size_t r = 0; r < plan.held.size(); ++r) plan.freePoints += plan.held[r] == 0 && isCopy[r] == 0;
-}
-
-// Knots go into clamped directions only: those outside a periodic domain would have to be inserted alike.
-template <int D>
-Spline<D> withoutOpenSeams(Spline<D> spline) {
-  for (int k = 0; k < D; ++k) spline = toClamped(spline, k);
-  return spline;
-}
-
-template <int D>
-FairingPlan<D> planOn(const Spline<D>& input, const FairingPlanOptions<D>& options, const FaceBorder* border) {
-  const Spline<D> spline = options.openSeams ? withoutOpenSeams(input) : input;
+FairingPlan<D> planOn(const Spline<D>& spline, const FairingPlanOptions<D>& options, const FaceBorder* border) {
   for (Index rows : options.rows) {
     if (rows < 0) throw InvalidInput(fmt::format("cannot hold {} rows: give 0 or more", rows));
   }
@@ -410,9 +232,9 @@ FairingPlan<D> planOn(const Spline<D>& input, const FairingPlanOptions<D>& optio
       bordered = edges.bordered;
     }
   }
-  const std::array<Borders, D> wished = findBorders(spline, options, bordered, size, plan.notes);
+  const std::array<HeldBorders, D> wished = findBorders(spline, options, bordered, size, plan.notes);
   const auto bordersOf = [&](const Spline<D>& s) {
-    std::array<Borders, D> borders = wished;
+    std::array<HeldBorders, D> borders = wished;
     if constexpr (D == 2) {
       for (std::size_t k = 0; k < 2; ++k) {
         const KnotVector& knots = s.knots(static_cast<int>(k));
@@ -432,7 +254,7 @@ FairingPlan<D> planOn(const Spline<D>& input, const FairingPlanOptions<D>& optio
   // Knots for the strips and creases first; where trimming curves leave too little, all spans of the face are halved.
   const auto knotsToInsert = [&](const Spline<D>& s, const HeldPoints& held) {
     std::array<std::vector<double>, D> added;
-    const std::array<Borders, D> borders = bordersOf(s);
+    const std::array<HeldBorders, D> borders = bordersOf(s);
     bool any = false;
     for (int k = 0; k < D; ++k) {
       if (isStraight(s, k, options)) continue;
@@ -459,13 +281,7 @@ FairingPlan<D> planOn(const Spline<D>& input, const FairingPlanOptions<D>& optio
     if (mayGrow) plan.held = hold(plan.spline);
   }
 
-  if (!openSeams<D>(plan, wished)) {
-    FairingPlanOptions<D> closed = options;
-    closed.openSeams = false;
-    return planOn(spline, closed, border);
-  }
-  if (plan.openSeam != FairingPlan<D>::noSeams()) plan.held = hold(plan.spline);
-  pairSeams(plan);
+  plan.freePoints = countFree(plan.held);
   for (int k = 0; k < D; ++k) plan.knotsInserted += plan.spline.size(k) - spline.size(k);
   if (plan.knotsInserted > 0) {
     plan.notes.push_back(fmt::format(

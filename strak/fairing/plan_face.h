@@ -27,10 +27,6 @@ struct FairingPlanOptions {
   // Whether the energy is one of the shape (curvatures), so that splines with weights may have it, too: their knots are
   // inserted in homogeneous form. Quadratic energies of the derivatives do not know weights.
   bool rational = false;
-  // Free the seams of clamped closed directions whose sides are both edges and that are smooth enough there not to be a
-  // crease (at least energyOrder - 1 derivatives agree): the planned spline is then in periodic form (toPeriodic)
-  // there, and a seam edge of a CAD file moves with it. Other seams, and poles, are held as ever.
-  bool openSeams = false;
   Index minFree = 4;      // free rows wanted in every direction; each stretch between creases gets at least one
   double maxGrowth = 16;  // the refined net has at most this many times the points (nets up to 4096 points always may)
 
@@ -45,20 +41,10 @@ template <int D>
 struct FairingPlan {
   Spline<D> spline;  // the input, perhaps with more knots: the same shape to rounding
   HeldPoints held;   // one entry a row of spline.net()
-  // Rows of spline.net() that are one and the same point, {row, copy}, and must be moved alike; empty without open
-  // seams. Chains occur where two directions are closed: a copy may be the row of another pair.
-  std::vector<std::array<Index, 2>> sameAs;
-  std::array<int, D> openSeam = noSeams();  // how many derivatives agree at the open seam of a direction; -1: none is
-  Index freePoints = 0;                     // copies not counted
-  Index knotsInserted = 0;                  // over all directions
-  std::vector<std::string> notes;           // sentences for the report
-  std::string leftAlone;  // why nothing can be done (a clause, lower case); empty if fairing can go ahead
-
-  static constexpr std::array<int, D> noSeams() {
-    std::array<int, D> none{};
-    for (int& smoothness : none) smoothness = -1;
-    return none;
-  }
+  Index freePoints = 0;
+  Index knotsInserted = 0;         // over all directions
+  std::vector<std::string> notes;  // sentences for the report
+  std::string leftAlone;           // why nothing can be done (a clause, lower case); empty if fairing can go ahead
 };
 
 using FacePlan = FairingPlan<2>;
@@ -69,7 +55,7 @@ using PlanOptions = FairingPlanOptions<2>;
 // nothing; the rows at a seam (first row = last row in space) and at a pole (a row shrunk to one point). Throws
 // InvalidInput for negative rows or orders. Straight directions (degree 1, of surfaces, with `rational`) get no knots,
 // which would be creases; where fewer than two rows are held at one of their sides and no side is joined the others may
-// move. A plan with open seams goes back to clamped knots with toClamped. Cost O(points of the refined net).
+// move. Cost O(points of the refined net).
 template <int D>
 FairingPlan<D> planFairing(const Spline<D>& spline, const FairingPlanOptions<D>& options = {});
 

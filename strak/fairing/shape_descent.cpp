@@ -254,6 +254,15 @@ ShapeDescent Descent::run() {
 
 }  // namespace
 
+ShapePatch patchOf(const Surface& surface, const HeldPoints& held) {
+  ShapePatch patch{surface, std::vector<int>(static_cast<std::size_t>(surface.net().rows()), -1)};
+  int unknowns = 0;
+  for (std::size_t r = 0; r < patch.unknownOf.size(); ++r) {
+    if (held.empty() || held[r] == 0) patch.unknownOf[r] = unknowns++;
+  }
+  return patch;
+}
+
 ShapeDescent descendShape(const std::vector<ShapePatch>& patches, const std::vector<ShapeJoin>& joins,
                           const ShapeDescentOptions& options) {
   return Descent(patches, joins, options).run();

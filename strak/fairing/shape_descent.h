@@ -11,6 +11,7 @@
 #include "strak/energy/join_energy.h"
 #include "strak/energy/shape_energy.h"
 #include "strak/fairing/faired.h"
+#include "strak/fairing/held_points.h"
 #include "strak/metrology/fairness.h"
 #include "strak/solve/tied_points.h"
 
@@ -33,6 +34,9 @@ struct ShapeJoin {
   // Patch A meets its own image in a mirror with this unit normal, and there is no patch B.
   std::optional<Eigen::Vector3d> mirror = {};
 };
+
+// The surface alone: what is not held is free, and numbered in the order of the net.
+ShapePatch patchOf(const Surface& surface, const HeldPoints& held);
 
 struct ShapeDescentOptions {
   double tolerance = kUnlimited;

@@ -8,7 +8,6 @@
 #include "strak/base/error.h"
 #include "strak/spline/evaluate.h"
 #include "strak/spline/knot_insertion.h"
-#include "strak/spline/periodic.h"
 
 namespace strak {
 namespace {
@@ -310,96 +309,6 @@ TEST(PlanFace, RationalPolesAndSeamsAreFound) {
   for (const auto& note : plan.notes) notes += note;
   EXPECT_NE(notes.find("Closed in direction v"), std::string::npos) << notes;
   EXPECT_NE(notes.find("low side of direction u is shrunk to one point"), std::string::npos) << notes;
-}
-
-// A ring of circles around the z axis, clamped and closed in v, as smooth as its degree lets it be.
-Surface ring(int degree, Index independent, bool rational) {
-  std::vector<double> v;
-  for (Index i = -degree; i <= independent + degree; ++i) v.push_back(static_cast<double>(i));
-  const KnotVector u = uniform(3, 9), around(degree, v);
-  Net net(u.size() * around.size(), rational ? 4 : 3);
-  for (Index i = 0; i < u.size(); ++i) {
-    for (Index j = 0; j < around.size(); ++j) {
-      const Index at = j % independent;
-      const double angle = 2 * 3.14159265358979 * static_cast<double>(at) / static_cast<double>(independent);
-      const double w = rational ? 1 + 0.2 * static_cast<double>(at % 3) : 1;
-      const double radius = 5 + 0.3 * std::sin(static_cast<double>(3 * at + i));
-      auto row = net.row(i * around.size() + j);
-      row.head(3) << w * radius * std::cos(angle), w * radius * std::sin(angle), w * static_cast<double>(i);
-      if (rational) row(3) = w;
-    }
-  }
-  return toClamped(Surface({u, around}, net, rational), 1);
-}
-
-TEST(PlanFace, AnOpenSeamIsFreeAndStaysSmooth) {
-  for (int degree : {2, 3, 5}) {
-    for (bool rational : {false, true}) {
-      const Surface closed = ring(degree, 12, rational);
-      PlanOptions options;
-      options.rational = true;
-      EXPECT_TRUE(planFairing<2>(closed, options).sameAs.empty());
-      options.openSeams = true;
-      const FacePlan plan = planFairing<2>(closed, options);
-      ASSERT_EQ(plan.leftAlone, "");
-      EXPECT_EQ(plan.openSeam, (std::array{-1, degree - 1}));
-      EXPECT_EQ(plan.freePoints, (plan.spline.size(0) - 6) * (plan.spline.size(1) - degree));
-      EXPECT_EQ(plan.sameAs.size(), static_cast<std::size_t>(plan.spline.size(0) * degree));
-      for (double u : {0.1, 0.5}) {
-        for (double at : {0.0, 3.3, 12.0}) {
-          EXPECT_LT((evaluate<2>(plan.spline, {u, at}) - evaluate<2>(closed, {u, at})).norm(), 1e-12);
-        }
-      }
-      // Points of a pair moved alike leave no seam in the clamped form, which takes the place of the input.
-      Surface moved = plan.spline;
-      std::mt19937 random(3);
-      std::uniform_real_distribution<double> move(-0.1, 0.1);
-      for (Index r = 0; r < moved.net().rows(); ++r) {
-        if (plan.held[static_cast<std::size_t>(r)]) continue;
-        const double w = rational ? moved.net()(r, 3) : 1;
-        for (Index c = 0; c < 3; ++c) moved.net()(r, c) += w * move(random);
-      }
-      for (const auto& [row, copy] : plan.sameAs) {
-        EXPECT_EQ(plan.spline.net().row(row), plan.spline.net().row(copy));
-        moved.net().row(copy) = moved.net().row(row);
-      }
-      const Surface back = toClamped(moved, 1);
-      EXPECT_NO_THROW(missingKnots(closed.knots(1), back.knots(1)));
-      EXPECT_EQ(seamSmoothness(back, 1), degree - 1);
-      const double seam = (evaluate<2>(back, {0.5, 0.0}) - evaluate<2>(closed, {0.5, 0.0})).norm();
-      EXPECT_GT(seam, 1e-4);
-      // What is held at the other two sides stays.
-      for (double at : {0.0, 4.4}) {
-        EXPECT_LT((evaluate<2>(back, {0.0, at}) - evaluate<2>(closed, {0.0, at})).norm(), 1e-12);
-      }
-      EXPECT_EQ(planFairing<2>(plan.spline, options).openSeam, plan.openSeam);  // planned twice
-    }
-  }
-}
-
-TEST(PlanFace, AKinkedSeamIsHeldAsEver) {
-  Surface closed = ring(3, 12, false);
-  for (Index i = 0; i < closed.size(0); ++i) closed.net()(closed.row({i, 1}), 2) += 0.2;
-  PlanOptions options;
-  options.openSeams = true;
-  const FacePlan plan = planFairing<2>(closed, options);
-  EXPECT_EQ(plan.openSeam, (std::array{-1, -1}));
-  EXPECT_EQ(plan.held, planFairing<2>(closed).held);
-}
-
-// A C0 knot line just beside an open seam holds rows on its other side, too.
-TEST(PlanFace, CreasesNextToAnOpenSeamGoOnAcrossIt) {
-  const Surface closed = insertKnots(ring(3, 12, false), 1, {1, 1});
-  PlanOptions options;
-  options.openSeams = true;
-  const FacePlan plan = planFairing<2>(closed, options);
-  ASSERT_EQ(plan.openSeam, (std::array{-1, 2}));
-  const Index s = plan.spline.knots(1).findSpan(1.0);
-  const Index period = plan.spline.size(1) - 3;
-  for (Index j = s - 3 - 2; j <= s - 3 + 2; ++j) {
-    EXPECT_TRUE(plan.held[static_cast<std::size_t>(plan.spline.row({4, (j + period) % period}))]) << j;
-  }
-  EXPECT_FALSE(plan.held[static_cast<std::size_t>(plan.spline.row({4, s - 3 + 3}))]);
 }
 
 TEST(PlanFace, RuledSurfacesMoveAlongTheirBorders) {
