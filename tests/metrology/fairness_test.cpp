@@ -125,6 +125,34 @@ TEST(SurfaceFairness, OnePassIsNearOnCalmSurfaces) {
   EXPECT_GE(2 * quick.relativeError + 1e-4, std::abs(quick.plate - exact.plate) / exact.plate);
 }
 
+// The cone u (v, v^2, 1) over a parabola, u from `from` to 1.
+Surface cone(double from) {
+  Net net(6, 3);
+  net << 0, 0, 1, 0.5, 0, 1, 1, 1, 1, 0, 0, 1, 0.5, 0, 1, 1, 1, 1;
+  net.topRows(3) *= from;
+  return {{KnotVector(1, {0, 0, 1, 1}), KnotVector(2, {0, 0, 0, 1, 1, 1})}, net};
+}
+
+// Its curvature falls as 1 / u, so that the variations are as 1 / from^2 - 1: large, but not infinite.
+TEST(SurfaceFairness, NearlySingularIntegralsConverge) {
+  const SurfaceFairness far = surfaceFairness(cone(0.5));
+  for (double from : {0.05, 0.005}) {
+    const SurfaceFairness near = surfaceFairness(cone(from));
+    const double more = (1 / (from * from) - 1) / 3;
+    EXPECT_LE(near.relativeError, 1e-3);
+    EXPECT_NEAR(near.isophoteRoughness, more * far.isophoteRoughness, 2e-3 * near.isophoteRoughness);
+    EXPECT_NEAR(near.curvatureVariation, more * far.curvatureVariation, 2e-3 * near.curvatureVariation);
+  }
+}
+
+TEST(SurfaceFairness, InfiniteIntegralsEndEarly) {
+  FairnessOptions options;
+  const SurfaceFairness all = surfaceFairness(cone(0), options);
+  EXPECT_GT(all.relativeError, 0.3);
+  options.maxEvaluations = 100'000;
+  EXPECT_EQ(surfaceFairness(cone(0), options).isophoteRoughness, all.isophoteRoughness);
+}
+
 TEST(SurfaceFairness, RefusesSurfacesOutsideSpace) {
   const KnotVector knots = KnotVector::uniformClamped(1, 1);
   EXPECT_THROW(surfaceFairness(Surface({knots, knots}, Net::Ones(4, 2))), InvalidInput);
