@@ -1,0 +1,126 @@
+#include "strak/fitting/deep_drawing.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "strak/base/error.h"
+#include "strak/metrology/closest_points.h"
+#include "strak/spline/evaluator.h"
+
+namespace strak {
+
+namespace {
+
+constexpr double kFirstWeight = 1e-2;      // a plane, nearly
+constexpr double kFactor = 0.25;          // of the weight, from step to step
+constexpr double kLeastReduction = 0.7;   // a factor nearer to 1 is not tried before a fold
+constexpr double kLeastWeight = 1e-12;    // nothing is smoothed by less
+constexpr double kGrowth = 0.05;          // of the domain's length, per step and edge
+constexpr double kBetter = 0.99;          // cross validation's errors that are worth another step, ...
+constexpr int kPatience = 3;              // ... within so many steps
+
+std::array<KnotVector, 2> knotsOver(const Net& parameters, const DeepDrawingOptions& options) {
+  std::array<KnotVector, 2> knots;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto column = parameters.col(static_cast<Index>(k));
+    const double from = column.minCoeff(), to = column.maxCoeff();
+    if (!(from < to)) throw InvalidInput("all points have the same parameter in a direction: a surface needs extent");
+    knots[k] = KnotVector::uniformClamped(options.degree[k], options.size[k] - options.degree[k], from, to);
+  }
+  return knots;
+}
+
+double area(const Net& parameters) {
+  return (parameters.colwise().maxCoeff() - parameters.colwise().minCoeff()).prod();
+}
+
+// The parameters of the closest points. Where those lie on an edge, a step along the tangent plane leads beyond it.
+Net correctedParameters(const Surface& surface, const FitPoints<2>& points) {
+  Net parameters = closestPointsFrom<2>(surface, points.values, points.parameters).parameters;
+  std::vector<Index> atEdge;
+  for (Index r = 0; r < parameters.rows(); ++r) {
+    bool edge = false;
+    for (Index k = 0; k < 2; ++k) {
+      const KnotVector& knots = surface.knots()[static_cast<std::size_t>(k)];
+      edge = edge || parameters(r, k) <= knots.from() || parameters(r, k) >= knots.to();
+    }
+    if (edge) atEdge.push_back(r);
+  }
+  Net places(static_cast<Index>(atEdge.size()), 2);
+  for (std::size_t i = 0; i < atEdge.size(); ++i) places.row(static_cast<Index>(i)) = parameters.row(atEdge[i]);
+  const Net d = Evaluator<2>(surface).derivativesAt(places, 1);
+  for (std::size_t i = 0; i < atEdge.size(); ++i) {
+    const auto row = d.row(static_cast<Index>(i));
+    const auto error = points.values.row(atEdge[i]) - row.head<3>();
+    for (Index k = 0; k < 2; ++k) {
+      const auto along = row.segment<3>(3 + 3 * k);
+      const KnotVector& knots = surface.knots()[static_cast<std::size_t>(k)];
+      const double squares = along.squaredNorm(), most = kGrowth * knots.length();
+      const double step = squares > 0 ? std::clamp(error.dot(along) / squares, -most, most) : 0;
+      double& place = parameters(atEdge[i], k);
+      if ((place <= knots.from() && step < 0) || (place >= knots.to() && step > 0)) place += step;
+    }
+  }
+  return parameters;
+}
+
+}  // namespace
+
+DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& options) {
+  if (points.values.cols() != 3) throw InvalidInput("a sheet needs points with three coordinates");
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (options.degree[k] < 1 || options.size[k] <= options.degree[k]) {
+      throw InvalidInput("a sheet needs degrees of at least 1 and more control points than the degree");
+    }
+  }
+  if (points.count() == 0) throw InvalidInput("there are no points to fit");
+  FitOptions<2> fitting;
+  if (std::min(options.degree[0], options.degree[1]) > 1) fitting.energy = thinPlate<2>();
+  const auto fitOf = [&](const Net& parameters, double weight) {
+    fitting.smoothing = Smoothing::fixed(weight);
+    return fitLeastSquares<2>(knotsOver(parameters, options), {parameters, points.values, points.weights}, fitting);
+  };
+  DrawnSheet result;
+  Net parameters = points.parameters;
+  const double planeArea = area(parameters);
+  double weight = kFirstWeight, factor = kFactor;
+  Fit<2> current = fitOf(parameters, weight);
+  result.fit = current;
+  result.parameters = parameters;
+  result.rms.push_back(current.summary.rms);
+  double best = current.summary.crossValidation;
+  int idle = 0;
+  for (int step = 1; step < options.steps && idle < kPatience && weight > kLeastWeight; ++step) {
+    if (!options.progress.report(static_cast<double>(step) / options.steps, "drawing the sheet")) {
+      result.fit.summary.stopped = true;
+      break;
+    }
+    const Net moved = correctedParameters(current.spline, {parameters, points.values, points.weights});
+    Fit<2> next = fitOf(moved, weight * factor);
+    if (checkSheet(next.spline, {moved, points.values, points.weights}, 0).folded > 0) {
+      factor = std::sqrt(factor);
+      if (factor > kLeastReduction) {
+        result.folded = true;
+        break;
+      }
+      continue;
+    }
+    weight *= factor;
+    current = std::move(next);
+    parameters = moved;
+    result.rms.push_back(current.summary.rms);
+    const double now = current.summary.crossValidation;
+    ++idle;
+    if (now < kBetter * best) {
+      idle = 0;
+      best = now;
+      result.fit = current;
+      result.parameters = parameters;
+    }
+  }
+  result.stretch = area(result.parameters) / planeArea;
+  result.check = checkSheet(result.fit.spline, {result.parameters, points.values, points.weights});
+  return result;
+}
+
+}  // namespace strak

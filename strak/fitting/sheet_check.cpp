@@ -1,0 +1,119 @@
+#include "strak/fitting/sheet_check.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "strak/base/error.h"
+#include "strak/metrology/closest_points.h"
+#include "strak/spline/evaluator.h"
+
+namespace strak {
+
+namespace {
+
+constexpr Index kLeastCellPoints = 4;  // a cell with fewer points is extrapolated: its shape is nobody's fault
+constexpr double kLeastSine = 0.02;    // of the angle between the parameter lines
+constexpr double kNearer = 0.5;        // a place that is nearer by less may be rounding or noise
+constexpr double kFar = 2;             // root mean squares; nearer points are where they belong
+constexpr double kTouching = 1e-6;     // ... in parts of the surface's size: errors below it are none
+
+// Unit normals on a lattice; zero where the parameter lines touch.
+std::vector<Eigen::Vector3d> normalsOn(const Evaluator<2>& evaluator, const Evaluator<2>::Parameters& places) {
+  const Net d = evaluator.derivativesOnGrid(places, 1);
+  std::vector<Eigen::Vector3d> normals(static_cast<std::size_t>(d.rows()));
+  for (Index r = 0; r < d.rows(); ++r) {
+    const Eigen::Vector3d u = d.row(r).segment<3>(3), v = d.row(r).segment<3>(6);
+    const Eigen::Vector3d n = u.cross(v);
+    const double length = n.norm();
+    normals[static_cast<std::size_t>(r)] =
+        length > kLeastSine * u.norm() * v.norm() ? Eigen::Vector3d(n / length) : Eigen::Vector3d::Zero();
+  }
+  return normals;
+}
+
+void findFolds(const Evaluator<2>& evaluator, const std::vector<FitErrors<2>::Cell>& cells, SheetCheck& check) {
+  std::array<std::vector<double>, 2> places;  // the knots and the middles between them
+  for (std::size_t k = 0; k < 2; ++k) {
+    const KnotVector& knots = evaluator.knots(static_cast<int>(k));
+    for (const Index s : knots.spans()) {
+      places[k].push_back(knots[s]);
+      places[k].push_back((knots[s] + knots[s + 1]) / 2);
+    }
+    places[k].push_back(knots.to());
+  }
+  const auto normals = normalsOn(evaluator, places);
+  const std::size_t line = places[1].size(), columns = (line - 1) / 2;
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    if (cells[c].count < kLeastCellPoints) continue;
+    ++check.cells;
+    const std::size_t i = 2 * (c / columns), j = 2 * (c % columns);
+    const auto normal = [&](std::size_t a, std::size_t b) -> const Eigen::Vector3d& {
+      return normals[(i + a) * line + j + b];
+    };
+    bool folds = false;
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t b = 0; b < 2; ++b) {
+        folds = folds || !(normal(a, b).dot(normal(a, b + 1)) > 0) || !(normal(b, a).dot(normal(b + 1, a)) > 0);
+      }
+    }
+    if (!folds) continue;
+    if (check.folded == 0) check.foldedAt = {places[0][i + 1], places[1][j + 1]};
+    ++check.folded;
+  }
+}
+
+}  // namespace
+
+SheetCheck checkSheet(const Surface& surface, const FitPoints<2>& points, Index mostLooked) {
+  if (surface.pointDimension() != 3 || points.values.cols() != 3 || points.parameters.rows() != points.values.rows()) {
+    throw InvalidInput("a sheet is a surface in space, and its points need three coordinates and two parameters each");
+  }
+  SheetCheck check;
+  const Evaluator<2> evaluator(surface);
+  const Net d = evaluator.derivativesAt(points.parameters, 1);
+  Net distances(points.count(), 1);  // with sign, along the normal
+  double squares = 0;
+  for (Index r = 0; r < points.count(); ++r) {
+    const Eigen::Vector3d error = (points.values.row(r) - d.row(r).head<3>()).transpose();
+    const Eigen::Vector3d u = d.row(r).segment<3>(3), v = d.row(r).segment<3>(6);
+    distances(r, 0) = error.norm() * (error.dot(u.cross(v)) < 0 ? -1 : 1);
+    squares += error.squaredNorm();
+  }
+  // As errors of the function zero the distances are sorted into the cells.
+  Fit<2> errors;
+  errors.spline = Surface(surface.knots(), Net::Zero(surface.net().rows(), 1));
+  FitErrors<2> sums(errors.spline, 0);
+  sums.add({points.parameters, distances, points.weights});
+  errors.cells = sums.cells();
+  const auto groups = twoGroups<2>(errors);
+  check.layered = groups.share;
+  check.layeredAt = groups.place;
+  findFolds(evaluator, errors.cells, check);
+
+  if (mostLooked < 1 || points.count() == 0) return check;
+  const Index step = (points.count() + mostLooked - 1) / mostLooked;
+  check.looked = (points.count() + step - 1) / step;
+  const double size = (surface.net().colwise().maxCoeff() - surface.net().colwise().minCoeff()).norm();
+  const double far = std::max(kFar * std::sqrt(squares / static_cast<double>(points.count())), kTouching * size);
+  std::vector<Index> rows;
+  for (Index r = 0; r < points.count(); r += step) {
+    if (std::abs(distances(r, 0)) > far) rows.push_back(r);
+  }
+  if (rows.empty()) return check;
+  Net looked(static_cast<Index>(rows.size()), 3);
+  for (std::size_t i = 0; i < rows.size(); ++i) looked.row(static_cast<Index>(i)) = points.values.row(rows[i]);
+  const auto nearest = closestPoints<2>(surface, looked);
+  double worst = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double own = std::abs(distances(rows[i], 0)), least = nearest.distances[static_cast<Index>(i)];
+    if (least > kNearer * own) continue;
+    ++check.astray;
+    if (own - least > worst) {
+      worst = own - least;
+      check.astrayPoint = points.values.row(rows[i]);
+    }
+  }
+  return check;
+}
+
+}  // namespace strak
