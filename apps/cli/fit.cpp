@@ -12,6 +12,7 @@
 #include "apps/cli/commands.h"
 #include "apps/cli/console.h"
 #include "apps/cli/fit_points.h"
+#include "apps/cli/fit_sheet.h"
 #include "apps/cli/interrupt.h"
 #include "apps/cli/json.h"
 #include "apps/cli/values.h"
@@ -54,7 +55,7 @@ struct FitReport {
   Index inserted = 0, removed = 0;
   Json outside = Json::array();
   bool streamed = false;
-  Json loss, correction;  // null where there is none
+  Json loss, correction, drawing;  // null where there is none
 };
 
 template <int D>
@@ -172,6 +173,28 @@ int correctionRounds(const FitArguments& arguments, const FitColumns& columns) {
   return rounds;
 }
 
+// The fit after the drawing, unless it folds where the drawn sheet does not: then that one.
+void keepSheet(const DrawnCloud& drawn, const FitPoints<2>& points, FitOptions<2> options, Fit<2>& fit,
+               FitReport& report) {
+  const DrawnSheet& sheet = drawn.sheet;
+  SheetCheck check = checkSheet(fit.spline, points);
+  std::string folded;
+  if (check.folded > sheet.check.folded) {
+    folded = fmt::format("with less smoothing than {:.3g} the surface folds: the sheet drawn until then is kept",
+                         sheet.fit.summary.lambda);
+    options.energy = energyNamed<2>(sheet.fit.summary.energyName);
+    options.smoothing = Smoothing::fixed(sheet.fit.summary.lambda);
+    fit = fitLeastSquares<2>(sheet.fit.spline.knots(), {sheet.parameters, points.values, points.weights}, options);
+    check = sheet.check;
+    report.loss = report.correction = Json();
+    report.outside = Json::array();
+    report.inserted = report.removed = 0;
+    report.reached = report.adaptive && fit.summary.insideShare() >= report.share;
+  }
+  for (auto& warning : sheetWarnings(check, fit.spline)) fit.summary.warnings.push_back(std::move(warning));
+  if (!folded.empty()) fit.summary.warnings.push_back(std::move(folded));
+}
+
 template <int D>
 FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, const FitColumns& columns) {
   AdaptiveFitOptions<D> options;
@@ -194,14 +217,14 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   }
   const int rounds = correctionRounds(arguments, columns);
 
-  const FitInput<D> input = fitInput<D>(
+  FitInput<D> input = fitInput<D>(
       file, columns, static_cast<std::uintmax_t>(wholeNumber("--memory", arguments.memory, 0, 1 << 30)) << 20);
   report.streamed = input.streamed;
   if (input.streamed && (isRobust || isMinimax || rounds > 0)) {
     throw InvalidInput(fmt::format("'{}' is too large to be kept in memory, as {} needs: thin the points out",
                                    arguments.input, rounds > 0 ? "--correct" : "--loss"));
   }
-  const auto start = startKnots<D>(arguments, input, report.adaptive);
+  auto start = startKnots<D>(arguments, input, report.adaptive);
   ProgressBar bar({1.0}, !arguments.json && !arguments.quiet, interrupted);
   options.fit.progress = bar.task(0);
   robust.fit = options.fit;
@@ -225,6 +248,18 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
     takeOver<D>(result, arguments.loss, report);
     return std::move(result.fit);
   };
+  std::optional<DrawnCloud> drawn;
+  if constexpr (D == 2) {
+    if (columns.parameters.empty() && rounds > 0) {
+      if (!arguments.domain.empty()) {
+        throw InvalidInput("--domain is for points with parameters: give them, or leave it out");
+      }
+      drawn = drawOrRefuse({input.parameters, input.values, input.weights}, start, options.fit.progress);
+      report.drawing = jsonOf(*drawn);
+      input.parameters = drawn->sheet.parameters;
+      start = drawn->sheet.fit.spline.knots();
+    }
+  }
   Fit<D> fit;
   if (input.streamed) {
     fit = fitPass(input.pass, start);
@@ -237,6 +272,9 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
     CorrectedFit<D> result = fitWithCorrection<D>({input.parameters, input.values, input.weights}, make, correction);
     report.correction = {{"rounds", result.rounds}, {"settled", result.settled}, {"rms", result.rms}};
     fit = std::move(result.fit);
+    if constexpr (D == 2) {
+      if (drawn) keepSheet(*drawn, {result.parameters, input.values, input.weights}, options.fit, fit, report);
+    }
   }
   report.summary = fit.summary;
   if (input.repeated > 0) {
@@ -274,6 +312,7 @@ Json jsonOf(const FitReport& report) {
                          {"knots_removed", report.removed}, {"outside", report.outside}};
   }
   if (!report.loss.is_null()) json["loss"] = report.loss;
+  if (!report.drawing.is_null()) json["drawing"] = report.drawing;
   if (!report.correction.is_null()) json["correction"] = report.correction;
   json["streamed"] = report.streamed;
   json["warnings"] = s.warnings;
@@ -294,6 +333,11 @@ void print(const FitReport& report, const FitArguments& arguments, double second
     fmt::print("loss        {}: scale of the noise {}, {} outliers, gap {} after {} rounds\n",
                report.loss["name"].get<std::string>(), number(report.loss["scale"].get<double>()),
                report.loss["outliers"].dump(), number(report.loss["gap"].get<double>()), report.loss["rounds"].dump());
+  }
+  if (!report.drawing.is_null()) {
+    fmt::print("drawn       in {} steps, rms {} to {}, the domain {} times as large\n", report.drawing["steps"].dump(),
+               number(report.drawing["rms"].front().get<double>()), number(report.drawing["rms"].back().get<double>()),
+               number(report.drawing["stretch"].get<double>()));
   }
   if (!report.correction.is_null()) {
     fmt::print("parameters  corrected in {} rounds, rms {} before\n", report.correction["rounds"].dump(),

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "strak/base/error.h"
+#include "strak/fitting/parametrization.h"
 #include "strak/metrology/closest_points.h"
 #include "strak/spline/evaluator.h"
 
@@ -11,13 +12,14 @@ namespace strak {
 
 namespace {
 
-constexpr double kFirstWeight = 1e-2;      // a plane, nearly
-constexpr double kFactor = 0.25;          // of the weight, from step to step
-constexpr double kLeastReduction = 0.7;   // a factor nearer to 1 is not tried before a fold
-constexpr double kLeastWeight = 1e-12;    // nothing is smoothed by less
-constexpr double kGrowth = 0.05;          // of the domain's length, per step and edge
-constexpr double kBetter = 0.99;          // cross validation's errors that are worth another step, ...
-constexpr int kPatience = 3;              // ... within so many steps
+constexpr double kFirstWeight = 1e-2;    // a plane, nearly
+constexpr double kDoubtful = 0.1;        // SheetCheck::doubt; with more the other planes are tried
+constexpr double kFactor = 0.25;         // of the weight, from step to step
+constexpr double kLeastReduction = 0.7;  // a factor nearer to 1 is not tried before a fold
+constexpr double kLeastWeight = 1e-12;   // nothing is smoothed by less
+constexpr double kGrowth = 0.05;         // of the domain's length, per step and edge
+constexpr double kBetter = 0.99;         // cross validation's errors that are worth another step, ...
+constexpr int kPatience = 3;             // ... within so many steps
 
 std::array<KnotVector, 2> knotsOver(const Net& parameters, const DeepDrawingOptions& options) {
   std::array<KnotVector, 2> knots;
@@ -98,10 +100,12 @@ DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& optio
     const Net moved = correctedParameters(current.spline, {parameters, points.values, points.weights});
     Fit<2> next = fitOf(moved, weight * factor);
     if (checkSheet(next.spline, {moved, points.values, points.weights}, 0).folded > 0) {
+      if (factor == 1) break;
+      // Smaller steps, and in the end none: the parameters still settle at this weight.
       factor = std::sqrt(factor);
       if (factor > kLeastReduction) {
+        factor = 1;
         result.folded = true;
-        break;
       }
       continue;
     }
@@ -121,6 +125,22 @@ DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& optio
   result.stretch = area(result.parameters) / planeArea;
   result.check = checkSheet(result.fit.spline, {result.parameters, points.values, points.weights});
   return result;
+}
+
+DrawnCloud drawCloud(const Net& points, const Eigen::VectorXd& weights, const DeepDrawingOptions& options) {
+  DrawnCloud best;
+  for (int plane = 0; plane < 3; ++plane) {
+    DrawnSheet sheet = drawSheet({planeParameters(points, plane), points, weights}, options);
+    const SheetCheck& now = sheet.check;
+    const SheetCheck& before = best.sheet.check;
+    const bool better = (now.doubt() > kNotOneSheet) != (before.doubt() > kNotOneSheet)
+                            ? now.doubt() < before.doubt()
+                            : sheet.fit.summary.rms < best.sheet.fit.summary.rms;
+    if (plane > 0 && !better) continue;
+    best = {std::move(sheet), plane};
+    if (best.sheet.fit.summary.stopped || best.sheet.check.doubt() <= kDoubtful) break;
+  }
+  return best;
 }
 
 }  // namespace strak

@@ -5,8 +5,8 @@
 // A plane is drawn towards the points like a metal sheet towards a mould: the weight of the thin plate's energy falls
 // step by step, and after each step the parameters become those of the closest points. The energy keeps the
 // parametrization near to isometric and closes holes. Points whose foot lies beyond an edge pull the domain along.
-// Source: Dietz, in Hoschek and Juettler, section 5, with (5.10), (5.12) and (5.13) as the errata correct them. That the
-// schedule ends by cross validation, gives way before folds and that the domain grows by tangential steps is ours.
+// Source: Dietz, in Hoschek and Juettler, section 5, with (5.10), (5.12) and (5.13) as the errata correct them. That
+// the schedule ends by cross validation, gives way before folds and that the domain grows by tangential steps is ours.
 
 #include "strak/fitting/sheet_check.h"
 
@@ -32,5 +32,13 @@ struct DrawnSheet {
 // unless the points have three coordinates, if the first parameters have no extent, and as fitLeastSquares does. Cost a
 // step: a fit, the closest points, and the check for folds; 15 to 30 steps.
 DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& options = {});
+
+// A sheet near points without parameters: drawn from their plane of least squares; if many points then lie in
+// layers, from the planes of their other axes too. Sheets without many layers go before others, then the nearest one.
+struct DrawnCloud {
+  DrawnSheet sheet;
+  int plane = 0;  // as in planeParameters
+};
+DrawnCloud drawCloud(const Net& points, const Eigen::VectorXd& weights, const DeepDrawingOptions& options = {});
 
 }  // namespace strak

@@ -25,9 +25,10 @@ Net chordLengthParameters(const Net& points) {
   return parameters;
 }
 
-Net planeParameters(const Net& points) {
+Net planeParameters(const Net& points, int plane) {
   if (points.cols() != 3) throw InvalidInput("a sheet needs points with three coordinates");
   if (points.rows() == 0) throw InvalidInput("there are no points to fit");
+  if (plane < 0 || plane > 2) throw InvalidInput("a cloud has three planes through its axes: 0, 1 and 2");
   const Eigen::RowVector3d mean = points.colwise().mean();
   const Net centred = points.rowwise() - mean;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> moments(centred.transpose() * centred);
@@ -36,7 +37,8 @@ Net planeParameters(const Net& points) {
   }
   Eigen::Matrix<double, 3, 2> axes;
   for (int k = 0; k < 2; ++k) {
-    Eigen::Vector3d axis = moments.eigenvectors().col(2 - k);
+    // The axes in falling order of the extents, without the one that the plane leaves out.
+    Eigen::Vector3d axis = moments.eigenvectors().col(k < 2 - plane ? 2 - k : 1 - k);
     // Eigenvectors have no sign of their own: the largest coordinate is to be positive.
     Index largest = 0;
     axis.cwiseAbs().maxCoeff(&largest);

@@ -1,6 +1,7 @@
 #include "strak/fitting/sheet_check.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "strak/base/error.h"
@@ -11,11 +12,14 @@ namespace strak {
 
 namespace {
 
-constexpr Index kLeastCellPoints = 4;  // a cell with fewer points is extrapolated: its shape is nobody's fault
+// Cells with fewer points, in parts of the mean of those that have some, hang over the cloud's border: their shape is
+// extrapolated.
+constexpr double kLeastFilling = 0.2;
+constexpr double kPointsPerCell = 50;  // enough to tell two groups from one
 constexpr double kLeastSine = 0.02;    // of the angle between the parameter lines
 constexpr double kNearer = 0.5;        // a place that is nearer by less may be rounding or noise
-constexpr double kFar = 2;             // root mean squares; nearer points are where they belong
-constexpr double kTouching = 1e-6;     // ... in parts of the surface's size: errors below it are none
+constexpr double kAway = 1;            // knot spans: what is nearer in the domain is the same part of the surface
+constexpr double kTouching = 1e-6;     // of the surface's size: shorter distances are none
 
 // Unit normals on a lattice; zero where the parameter lines touch.
 std::vector<Eigen::Vector3d> normalsOn(const Evaluator<2>& evaluator, const Evaluator<2>::Parameters& places) {
@@ -43,8 +47,14 @@ void findFolds(const Evaluator<2>& evaluator, const std::vector<FitErrors<2>::Ce
   }
   const auto normals = normalsOn(evaluator, places);
   const std::size_t line = places[1].size(), columns = (line - 1) / 2;
+  double points = 0, filled = 0;
+  for (const auto& cell : cells) {
+    points += static_cast<double>(cell.count);
+    filled += cell.count > 0 ? 1 : 0;
+  }
+  const double least = std::max(1.0, kLeastFilling * points / std::max(filled, 1.0));
   for (std::size_t c = 0; c < cells.size(); ++c) {
-    if (cells[c].count < kLeastCellPoints) continue;
+    if (static_cast<double>(cells[c].count) < least) continue;
     ++check.cells;
     const std::size_t i = 2 * (c / columns), j = 2 * (c % columns);
     const auto normal = [&](std::size_t a, std::size_t b) -> const Eigen::Vector3d& {
@@ -62,6 +72,16 @@ void findFolds(const Evaluator<2>& evaluator, const std::vector<FitErrors<2>::Ce
   }
 }
 
+// The errors sorted into cells: those of the function zero.
+Fit<2> errorsOnCells(const std::array<KnotVector, 2>& knots, const FitPoints<2>& errors) {
+  Fit<2> result;
+  result.spline = Surface(knots, Net::Zero(knots[0].size() * knots[1].size(), 1));
+  FitErrors<2> sums(result.spline, 0);
+  sums.add(errors);
+  result.cells = sums.cells();
+  return result;
+}
+
 }  // namespace
 
 SheetCheck checkSheet(const Surface& surface, const FitPoints<2>& points, Index mostLooked) {
@@ -72,29 +92,29 @@ SheetCheck checkSheet(const Surface& surface, const FitPoints<2>& points, Index 
   const Evaluator<2> evaluator(surface);
   const Net d = evaluator.derivativesAt(points.parameters, 1);
   Net distances(points.count(), 1);  // with sign, along the normal
-  double squares = 0;
   for (Index r = 0; r < points.count(); ++r) {
     const Eigen::Vector3d error = (points.values.row(r) - d.row(r).head<3>()).transpose();
     const Eigen::Vector3d u = d.row(r).segment<3>(3), v = d.row(r).segment<3>(6);
     distances(r, 0) = error.norm() * (error.dot(u.cross(v)) < 0 ? -1 : 1);
-    squares += error.squaredNorm();
   }
-  // As errors of the function zero the distances are sorted into the cells.
-  Fit<2> errors;
-  errors.spline = Surface(surface.knots(), Net::Zero(surface.net().rows(), 1));
-  FitErrors<2> sums(errors.spline, 0);
-  sums.add({points.parameters, distances, points.weights});
-  errors.cells = sums.cells();
-  const auto groups = twoGroups<2>(errors);
+  const FitPoints<2> signedErrors{points.parameters, distances, points.weights};
+  findFolds(evaluator, errorsOnCells(surface.knots(), signedErrors).cells, check);
+  std::array<KnotVector, 2> coarse;
+  const auto cells = static_cast<Index>(std::sqrt(static_cast<double>(points.count()) / kPointsPerCell));
+  for (std::size_t k = 0; k < 2; ++k) {
+    const KnotVector& knots = surface.knots()[k];
+    const Index spans = std::clamp<Index>(cells, 1, static_cast<Index>(knots.spans().size()));
+    coarse[k] = KnotVector::uniformClamped(1, spans, knots.from(), knots.to());
+  }
+  const auto groups = twoGroups<2>(errorsOnCells(coarse, signedErrors));
   check.layered = groups.share;
   check.layeredAt = groups.place;
-  findFolds(evaluator, errors.cells, check);
 
   if (mostLooked < 1 || points.count() == 0) return check;
   const Index step = (points.count() + mostLooked - 1) / mostLooked;
   check.looked = (points.count() + step - 1) / step;
   const double size = (surface.net().colwise().maxCoeff() - surface.net().colwise().minCoeff()).norm();
-  const double far = std::max(kFar * std::sqrt(squares / static_cast<double>(points.count())), kTouching * size);
+  const double far = kTouching * size;
   std::vector<Index> rows;
   for (Index r = 0; r < points.count(); r += step) {
     if (std::abs(distances(r, 0)) > far) rows.push_back(r);
@@ -106,7 +126,14 @@ SheetCheck checkSheet(const Surface& surface, const FitPoints<2>& points, Index 
   double worst = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const double own = std::abs(distances(rows[i], 0)), least = nearest.distances[static_cast<Index>(i)];
-    if (least > kNearer * own) continue;
+    bool away = false;
+    for (Index k = 0; k < 2; ++k) {
+      const KnotVector& knots = surface.knots()[static_cast<std::size_t>(k)];
+      const double span = knots.length() / static_cast<double>(knots.spans().size());
+      const double way = nearest.parameters(static_cast<Index>(i), k) - points.parameters(rows[i], k);
+      away = away || std::abs(way) > kAway * span;
+    }
+    if (!away || least > kNearer * own) continue;
     ++check.astray;
     if (own - least > worst) {
       worst = own - least;

@@ -6,18 +6,24 @@
 
 namespace strak {
 
+// A larger doubt is no accident of steps and noise: the cloud is not one sheet.
+inline constexpr double kNotOneSheet = 0.25;
+
 struct SheetCheck {
-  // Knot cells with points in which the surface folds: its normal turns by more than 90 degrees within half a cell, or
-  // its parameter lines touch.
+  // Knot cells, those that hang over the border of the cloud apart, in which the surface folds: its normal turns by
+  // more than 90 degrees within half a cell, or its parameter lines touch.
   Index folded = 0, cells = 0;
   std::array<double, 2> foldedAt{};
   // The part of the points in cells where their distances, with sign, fall into two groups: two layers of points.
   double layered = 0;
   std::array<double, 2> layeredAt{};
-  // Of at most `looked` points spread over all: how many lie at most half as far from another place of the surface.
+  // Of `looked` points spread over all: how many lie at most half as far from another place of the surface, more than a
+  // knot span away in the domain.
   Index astray = 0, looked = 0;
   Point astrayPoint;
 
+  // The share of the points that do not lie as on one sheet.
+  double doubt() const { return layered + astrayShare(); }
   double astrayShare() const { return looked > 0 ? static_cast<double>(astray) / static_cast<double>(looked) : 0; }
 };
 

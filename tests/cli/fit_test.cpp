@@ -143,9 +143,39 @@ TEST_F(FitCommand, CorrectsTheParametersOfPointsInSpace) {
   EXPECT_FALSE(plain.contains("correction"));
   const auto corrected = json({"fit", points, "-o", path("b.g2"), "--kind", "surface", "--size", "9"})["objects"][0];
   EXPECT_GT(corrected["correction"]["rounds"], 0);
-  EXPECT_EQ(corrected["correction"]["rms"][0], plain["rms"]);
+  EXPECT_GT(corrected["drawing"]["steps"], 3);
+  EXPECT_FALSE(plain.contains("drawing"));
   EXPECT_LT(corrected["rms"].get<double>(), 0.7 * plain["rms"].get<double>());
   EXPECT_NE(refusal({"fit", points, "-o", path("no.g2"), "--correct", "3"}).find("--correct is for points in space"),
+            std::string::npos);
+}
+
+TEST_F(FitCommand, DrawsBentSheetsAndRefusesLayers) {
+  std::string half, layers;
+  unsigned state = 1;
+  for (int i = 0; i <= 80; ++i) {
+    for (int j = 0; j <= 60; ++j) {
+      state = state * 1664525U + 1013904223U;
+      const double radius = 1 + 1e-3 * (static_cast<double>(state >> 8) / (1 << 23) - 1);
+      const double a = (i - 40) * 0.0393;  // up to a right angle
+      half += fmt::format("{} {} {}\n", radius * std::sin(a), j / 20.0, radius * std::cos(a));
+      layers += fmt::format("{} {} {}\n{} {} {}\n", i, j, 2 * radius, i, j, 9 * radius);
+    }
+  }
+  const std::string points = write("half.xyz", half);
+  const auto bent = json({"fit", points, "-o", path("half.g2"), "--kind", "surface", "--size", "14"})["objects"][0];
+  EXPECT_NEAR(bent["rms"].get<double>(), 1e-3 / std::sqrt(3.0), 1e-4);
+  EXPECT_LT(bent["max"].get<double>(), 2e-3);
+  EXPECT_GT(bent["drawing"]["stretch"], 1.1);
+  EXPECT_EQ(bent["drawing"]["plane"], 0);
+  EXPECT_TRUE(bent["warnings"].empty());
+  const auto within =
+      json({"fit", points, "-o", path("half.g2"), "--kind", "surface", "--tolerance", "0.004"})["objects"][0];
+  EXPECT_TRUE(within["tolerance"]["reached"]);
+  EXPECT_NE(refusal({"fit", write("layers.xyz", layers), "-o", path("no.g2"), "--kind", "surface", "--size", "14"})
+                .find("the cloud is not one sheet"),
+            std::string::npos);
+  EXPECT_NE(refusal({"fit", points, "-o", path("no.g2"), "--kind", "surface", "--domain", "0,1,0,1"}).find("--domain"),
             std::string::npos);
 }
 
