@@ -390,14 +390,16 @@ void addFit(CLI::App& program, const std::string& commandLine) {
   arguments->commandLine = commandLine;
   CLI::App* command = program.add_subcommand("fit", "Fit measured points with a fair curve or surface");
   command
-      ->add_option("POINTS", arguments->input,
-                   "Table of numbers (.xyz, .csv, .txt, .dat), ESRI grid (.asc), PLY or PCD")
+      ->add_option(
+          "POINTS", arguments->input,
+          "Table of numbers (.xyz, .csv, .txt, .dat), heights on a grid (.asc, .dem, .gtx), point cloud (PLY, PCD) or "
+          "vertices of a mesh (OBJ, STL, OFF)")
       ->required();
   command->add_option("-o,--output", arguments->output, "File to write; its ending says the format")->required();
   command->add_option(
       "--kind", arguments->kind,
       "function: the last coordinate over the others; surface: a sheet in space (columns u, v, x, y, z, or "
-      "x, y, z over their plane of least squares); curve: points in their order. Default: by the columns");
+      "x, y, z deep-drawn from their plane); curve: points in their order. Default: by the columns");
   command->add_option("--degree", arguments->degree, "P or P,Q")->capture_default_str();
   command->add_option(
       "--size", arguments->size,

@@ -59,7 +59,8 @@ void append(CloudLayout& layout, std::string_view name, CloudField::Type type, i
     throw InvalidInput(
         fmt::format("the point cloud's field '{}' has {} bytes: 1, 2, 4 or 8 are possible", name, bytes));
   }
-  layout.fields.push_back({std::string(name), type, bytes, layout.record});
+  layout.fields.push_back(
+      {std::string(name), type, bytes, layout.record, layout.record, static_cast<std::size_t>(bytes)});
   layout.record += static_cast<std::size_t>(bytes);
 }
 
@@ -143,11 +144,12 @@ CloudLayout pcdLayout(std::string_view head) {
     if (words[0] == "HEIGHT") height = countOf(words[1]);
     if (words[0] == "POINTS") points = countOf(words[1]);
     if (words[0] == "DATA") {
-      if (words[1] != "ascii" && words[1] != "binary") {
+      layout.compressed = words[1] == "binary_compressed";
+      if (words[1] != "ascii" && words[1] != "binary" && !layout.compressed) {
         throw InvalidInput(
             fmt::format("a PCD file with '{}' points is not understood: convert it to binary", words[1]));
       }
-      layout.binary = words[1] == "binary";
+      layout.binary = words[1] != "ascii";
       break;
     }
   }
@@ -158,7 +160,12 @@ CloudLayout pcdLayout(std::string_view head) {
   layout.count = points >= 0 ? points : width * height;
   for (std::size_t k = 0; k < names.size(); ++k) {
     const Type type = types[k] == "F" ? Type::real : types[k] == "U" ? Type::unsignedInteger : Type::signedInteger;
-    for (Index c = 0; c < counts[k]; ++c) append(layout, names[k], type, static_cast<int>(sizes[k]));
+    const std::size_t group = layout.record;
+    for (Index c = 0; c < counts[k]; ++c) {
+      append(layout, names[k], type, static_cast<int>(sizes[k]));
+      layout.fields.back().group = group;
+      layout.fields.back().groupBytes = static_cast<std::size_t>(counts[k] * sizes[k]);
+    }
   }
   layout.headBytes = lines.bytes();
   layout.headLines = lines.count();

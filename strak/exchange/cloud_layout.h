@@ -19,11 +19,14 @@ struct CloudField {
   Type type = Type::real;
   int bytes = 4;
   std::size_t offset = 0;  // in the point's record
+  std::size_t group = 0;   // offset and bytes of the field that this is an element of
+  std::size_t groupBytes = 4;
 };
 
 struct CloudLayout {
   std::vector<CloudField> fields;
   bool binary = false, bigEndian = false;
+  bool compressed = false;  // binary, by LZF and field by field (PCD)
   Index count = 0;
   std::size_t record = 0;     // bytes a point, if binary
   std::size_t headBytes = 0;  // where the points begin
@@ -31,8 +34,8 @@ struct CloudLayout {
 };
 
 // Reads the header at the beginning of `head`; nothing if it is none of a PLY or PCD file. Throws InvalidInput, without
-// the file's name, if the header is damaged or announces what is not supported (compressed points, points that are not
-// the first element).
+// the file's name, if the header is damaged or announces what is not supported (points that are not the first
+// element).
 std::optional<CloudLayout> cloudLayout(std::string_view head);
 
 // The number of `field` in a point's record.

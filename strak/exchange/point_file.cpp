@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "strak/base/error.h"
+#include "strak/exchange/point_import.h"
 
 namespace strak {
 
@@ -22,6 +23,7 @@ namespace {
 constexpr std::size_t kHead = std::size_t{1} << 16;   // bytes looked at to find out what the file is
 constexpr std::size_t kBlock = std::size_t{1} << 23;  // bytes parsed at once
 constexpr std::size_t kChunk = std::size_t{1} << 18;  // ... by one task
+constexpr Index kKeptRows = 100000;                   // handed out at once
 constexpr int kSampleLines = 50;
 constexpr std::size_t kShown = 40;  // characters of a line that a message shows
 
@@ -169,6 +171,12 @@ void PointFile::readHead() {
     throw InvalidInput(fmt::format("'{}' is empty: give a file with a row of numbers a point", path_.string()));
   }
   try {
+    if (auto whole = importPoints(path_, head)) {
+      columns_ = whole->points.cols();
+      for (const auto& name : whole->names) names_.push_back(plainName(name));
+      kept_ = std::move(whole->points);
+      return;
+    }
     cloud_ = cloudLayout(head);
   } catch (const InvalidInput& problem) {
     throw InvalidInput(fmt::format("'{}': {}", path_.string(), problem.what()));
@@ -256,6 +264,12 @@ Index PointFile::columnNamed(const std::string& name) const {
 }
 
 void PointFile::forEachBlock(const std::function<void(const Net&)>& visit) const {
+  if (kept_) {
+    for (Index begin = 0; begin < kept_->rows(); begin += kKeptRows) {
+      visit(kept_->middleRows(begin, std::min(kKeptRows, kept_->rows() - begin)));
+    }
+    return;
+  }
   if (cloud_ && cloud_->binary) return forEachBinaryBlock(visit);
   if (!cloud_) return forEachTextBlock(visit);
   // The rows behind the points (faces) are not looked at.

@@ -1,10 +1,10 @@
 #pragma once
 //
 // Measured points, read block by block: tables of numbers (.xyz, .csv, .txt, .dat, with or without header and comments,
-// decimal points or commas), gridded heights (ESRI ASCII grids, with missing values), and point clouds (PLY, and PCD
-// that is not compressed; in text or binary form).
+// decimal points or commas), gridded heights (ESRI ASCII grids, USGS DEM, .gtx; with missing values), point clouds (PLY
+// and PCD, in text, binary or compressed form) and the vertices of meshes (OBJ, STL, OFF).
 //
-// Files may be larger than memory.
+// Tables, ESRI grids and clouds that are not compressed may be larger than memory; the others are kept.
 
 #include <filesystem>
 #include <functional>
@@ -28,7 +28,6 @@ class PointFile {
   const std::vector<std::string>& names() const { return names_; }
   // The column of that name, or -1.
   Index columnNamed(const std::string& name) const;
-  bool isGrid() const { return grid_; }
   std::uintmax_t bytes() const { return bytes_; }
 
   // Calls `visit` with all rows in the order of the file, some 10^5 at a time. Parsed by all threads; the same blocks
@@ -51,6 +50,7 @@ class PointFile {
   Index headLines_ = 0;  // before the first row
   std::uintmax_t headBytes_ = 0;
 
+  std::optional<Net> kept_;  // of files that are read as a whole
   std::optional<CloudLayout> cloud_;
   bool grid_ = false;
   Index gridColumns_ = 0, gridRows_ = 0;

@@ -133,8 +133,8 @@ TEST_F(PointFiles, ReadPcdWithMissingPoints) {
   EXPECT_EQ(read(head + "DATA binary\n" + bytesOf<float>({1.5F, -2, 3, none, none, none, 4, 5.25F, 6})), expected);
   EXPECT_EQ(problem(head + "DATA ascii\n1 2 3\n"),
             " holds 1 of the 3 points that its header announces: it may be damaged");
-  EXPECT_EQ(problem(head + "DATA binary_compressed\n"),
-            ": a PCD file with 'binary_compressed' points is not understood: convert it to binary");
+  EXPECT_EQ(problem(head + "DATA folded\n"),
+            ": a PCD file with 'folded' points is not understood: convert it to binary");
 }
 
 TEST_F(PointFiles, LongFilesComeWholeAndInOrder) {

@@ -1,0 +1,214 @@
+// Files of points that are read as a whole.
+
+#include "strak/exchange/point_import.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+
+#include "strak/base/error.h"
+#include "strak/exchange/lzf.h"
+#include "strak/exchange/point_file.h"
+
+namespace strak {
+namespace {
+
+template <class Number>
+std::string bytesOf(const std::vector<Number>& numbers, bool bigEndian = false) {
+  std::string bytes;
+  for (const Number number : numbers) {
+    auto own = std::bit_cast<std::array<char, sizeof(Number)>>(number);
+    if (bigEndian) std::reverse(own.begin(), own.end());
+    bytes.append(own.data(), own.size());
+  }
+  return bytes;
+}
+
+class PointImport : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() /
+              (std::string("strak-import-") + testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  Net read(const std::string& name, const std::string& text) const {
+    const auto path = folder_ / name;
+    std::ofstream(path, std::ios::binary) << text;
+    const PointFile file(path);
+    EXPECT_EQ(file.columnNamed("z"), 2);
+    return readPoints(file);
+  }
+  std::string problem(const std::string& name, const std::string& text) const {
+    try {
+      read(name, text);
+    } catch (const InvalidInput& error) {
+      const std::string sentence = error.what();
+      return sentence.substr(sentence.find(name + "'") + name.size() + 1);
+    }
+    return "";
+  }
+  // Every beginning of the file is read or refused with a sentence.
+  void expectNoHarm(const std::string& name, const std::string& text) const {
+    for (std::size_t size = 1; size < text.size(); size += 1 + size / 16) {
+      try {
+        read(name, text.substr(0, size));
+      } catch (const InvalidInput&) {
+        continue;
+      }
+    }
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+Net rows(std::initializer_list<std::array<double, 3>> points) {
+  Net net(static_cast<Index>(points.size()), 3);
+  Index r = 0;
+  for (const auto& p : points) net.row(r++) << p[0], p[1], p[2];
+  return net;
+}
+
+TEST_F(PointImport, TakesTheVerticesOfObjAndOff) {
+  const Net expected = rows({{1.5, -2, 0.03}, {4, 5.25, 6}, {0, 0, 1}});
+  EXPECT_EQ(read("a.obj", "# made\nmtllib a.mtl\nv 1.5 -2 3e-2\nvn 0 0 1\nv 4 5.25 +6 1.0\nf 1 2 3\r\n\tv 0 0 1\r\n"),
+            expected);
+  EXPECT_EQ(read("A.OFF", "OFF\n# a comment\n3 1 0\n1.5 -2 3e-2\n\n4 5.25 6\n0 0 1\n3 0 1 2\n"), expected);
+  EXPECT_EQ(read("b.off", "OFF 3 1 0 # counts\n1.5 -2 3e-2\n4 5.25 6 255 0 0\n0 0 1"), expected);
+  EXPECT_EQ(problem("a.obj", "v 1 2 x\n"), ": line 1: 'x' where a number is expected");
+  EXPECT_EQ(problem("a.obj", "f 1 2 3\n"), ": there is no vertex in the file (no line 'v x y z')");
+  EXPECT_EQ(problem("a.off", "OFF\n3 0 0\n1 2 3\n"),
+            ": the OFF file holds 1 of the 3 vertices that it announces: it may be damaged");
+  EXPECT_NE(problem("a.off", "nOFF\n4 1 0 0\n"), "");
+}
+
+TEST_F(PointImport, TakesTheVerticesOfStlOnce) {
+  const Net expected = rows({{0, 0, 0}, {1, 0, 0}, {0, 1, 0.5}, {1, 1, 2}});
+  const std::string triangle = "facet normal 0 0 1\n outer loop\n";
+  const std::string ascii = "solid part\n" + triangle +
+                            "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0.5\nendloop\nendfacet\n" + triangle +
+                            "vertex 1 0 0\n vertex 1 1 2\nvertex 0 1 5e-1\nendloop\nendfacet\nendsolid\n";
+  EXPECT_EQ(read("a.stl", ascii), expected);
+  const auto binaryTriangle = [](const std::vector<float>& vertices) {
+    return bytesOf<float>({0, 0, 1}) + bytesOf<float>(vertices) + std::string(2, '\0');
+  };
+  // Some programs begin binary files with "solid", too.
+  const std::string binary = std::string("solid") + std::string(75, ' ') + bytesOf<std::uint32_t>({2}) +
+                             binaryTriangle({0, 0, 0, 1, 0, 0, 0, 1, 0.5F}) +
+                             binaryTriangle({1, 0, 0, 1, 1, 2, 0, 1, 0.5F});
+  EXPECT_EQ(read("b.stl", binary), expected);
+  EXPECT_EQ(problem("c.stl", std::string(80, ' ') + binary.substr(80, 60)),
+            ": the STL file is shorter than it says: it may be damaged");
+  expectNoHarm("d.stl", binary);
+  expectNoHarm("d.stl", ascii);
+}
+
+TEST_F(PointImport, ReadsCompressedClouds) {
+  // Field by field: the first stands as literals, the second copies "nothing new" from 12 bytes before.
+  const std::string x = bytesOf<float>({1, 2, 3}), z = bytesOf<float>({7, 8, 9});
+  const std::string packed = std::string(1, static_cast<char>(11)) + x +                     // 12 literals
+                             std::string{static_cast<char>(7U << 5U), 12 - 7 - 2, 12 - 1} +  // 12 bytes from 12 before
+                             std::string(1, static_cast<char>(11)) + z;
+  const auto file = [](const std::string& data, std::uint32_t size) {
+    return "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\nPOINTS 3\n"
+           "DATA binary_compressed\n" +
+           bytesOf<std::uint32_t>({static_cast<std::uint32_t>(data.size()), size}) + data;
+  };
+  EXPECT_EQ(read("a.pcd", file(packed, 36)), rows({{1, 1, 7}, {2, 2, 8}, {3, 3, 9}}));
+  EXPECT_NE(problem("a.pcd", file(packed, 37)).find("another size"), std::string::npos);
+  EXPECT_NE(problem("a.pcd", file(packed.substr(0, 20), 36)).find("compressed points are damaged"), std::string::npos);
+  expectNoHarm("b.pcd", file(packed, 36));
+}
+
+TEST(Lzf, GivesBackWhatWasCompressedAndRefusesTheRest) {
+  EXPECT_EQ(lzfDecompressed("", 0), "");
+  EXPECT_EQ(lzfDecompressed(std::string("\x02") + "abc", 3), "abc");
+  // A copy that runs into itself: 1 literal, then 8 bytes from 1 before.
+  EXPECT_EQ(lzfDecompressed(std::string{'\0', 'a', static_cast<char>(6U << 5U), '\0'}, 9), "aaaaaaaaa");
+  // ... and a long one: 7 + 200 + 2 bytes from 2 before.
+  const std::string longOne =
+      lzfDecompressed(std::string{'\1', 'a', 'b', static_cast<char>(7U << 5U), static_cast<char>(200), '\1'}, 211);
+  EXPECT_EQ(longOne.substr(0, 6), "ababab");
+  EXPECT_EQ(longOne.size(), 211);
+  for (const std::string& bad : {std::string("\x05") + "abc", std::string(1, static_cast<char>(0x20)),
+                                 std::string{static_cast<char>(0x20), '\0'}, std::string{'\0', 'a'}}) {
+    EXPECT_THROW(lzfDecompressed(bad, 3), InvalidInput);
+  }
+  EXPECT_THROW(lzfDecompressed("abc", std::size_t{1} << 40U), InvalidInput);
+}
+
+TEST_F(PointImport, ReadsGridsOfHeights) {
+  const std::string gtx = bytesOf<double>({10, 20, 0.5, 0.25}, true) + bytesOf<std::int32_t>({2, 3}, true) +
+                          bytesOf<float>({1, 2, -88.8888F, 4, 5, 6}, true);
+  EXPECT_EQ(read("a.gtx", gtx), rows({{20, 10, 1}, {20.25, 10, 2}, {20, 10.5, 4}, {20.25, 10.5, 5}, {20.5, 10.5, 6}}));
+  EXPECT_NE(problem("a.gtx", gtx.substr(0, 50)).find("2 x 3 heights"), std::string::npos);
+  expectNoHarm("a.gtx", gtx);
+
+  // Two profiles: one of 200 heights goes over two blocks, one begins farther north and has a hole.
+  std::string a(1024, ' ');
+  a.replace(0, 8, "A SMALL ");
+  a.replace(144, 6, "     1");
+  a.replace(816, 36, "0.300000E+020.100000E+020.500000E+00");
+  a.replace(852, 12, "     1     2");
+  const auto profile = [](int number, double x, double y, const std::vector<int>& heights) {
+    std::string text =
+        fmt::format("{:6}{:6}{:6}{:6}{:24.15E}{:24.15E}{:24.15E}", 1, number, heights.size(), 1, x, y, 100.0);
+    std::replace(text.begin(), text.end(), 'E', 'D');
+    text.resize(144, ' ');
+    for (const int height : heights) {
+      if (text.size() % 1024 + 6 > 1020) text.resize((text.size() / 1024 + 1) * 1024, ' ');
+      text += fmt::format("{:6}", height);
+    }
+    text.resize((text.size() + 1023) / 1024 * 1024, ' ');
+    return text;
+  };
+  std::vector<int> first(200);
+  for (int i = 0; i < 200; ++i) first[static_cast<std::size_t>(i)] = 3 * i;
+  const std::string dem = a + profile(1, 1000, 2000, first) + profile(2, 1030, 2050, {8, -32767, 10});
+  const Net points = read("a.dem", dem);
+  ASSERT_EQ(points.rows(), 202);
+  for (Index i = 0; i < 200; ++i) {
+    EXPECT_EQ(points.row(i),
+              Eigen::RowVector3d(1000, 2000 + 10.0 * static_cast<double>(i), 100 + 1.5 * static_cast<double>(i)));
+  }
+  EXPECT_EQ(points.row(200), Eigen::RowVector3d(1030, 2050, 104));
+  EXPECT_EQ(points.row(201), Eigen::RowVector3d(1030, 2070, 105));
+  EXPECT_NE(problem("a.dem", dem.substr(0, 3 * 1024)).find("1 of the 2 profiles"), std::string::npos);
+  expectNoHarm("a.dem", dem);
+}
+
+TEST(PointImportOfRealFiles, IsWhatOtherProgramsRead) {
+  const char* named = std::getenv("STRAK_DATA");
+  const std::filesystem::path folder = named != nullptr ? named : "../shared/data";
+  if (!std::filesystem::exists(folder / "grid")) GTEST_SKIP() << "real files are not here: set STRAK_DATA";
+  struct Known {
+    std::string name;
+    Index points;
+    std::array<double, 3> box;  // extents; 0: not known
+  };
+  for (const Known& known :
+       {Known{"scan/car6.pcd", 10031, {6.219, 6.68, 1.56}}, Known{"scan/blade.off", 8231, {9.9982, 129.19, 0.64824}},
+        Known{"scan/ALSTOM_TEST4.off", 1138, {862.52, 188.4, 269.87}},
+        Known{"grid/egm96_15.gtx", 1038240, {359.75, 180, 192.38}},
+        Known{"grid/SainteHelens.dem", 148885, {0, 0, 1861}}}) {
+    const Net points = readPoints(PointFile(folder / known.name));
+    EXPECT_EQ(points.rows(), known.points) << known.name;
+    const Point box = points.colwise().maxCoeff() - points.colwise().minCoeff();
+    for (Index c = 0; c < 3; ++c) {
+      const double extent = known.box[static_cast<std::size_t>(c)];
+      if (extent > 0) {
+        EXPECT_NEAR(box[c], extent, 1e-3 * extent) << known.name;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace strak
