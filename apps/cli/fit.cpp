@@ -188,6 +188,7 @@ void keepSheet(const DrawnCloud& drawn, const FitPoints<2>& points, FitOptions<2
     check = sheet.check;
     report.loss = report.correction = Json();
     report.outside = Json::array();
+    report.rounds = 0;
     report.inserted = report.removed = 0;
     report.reached = report.adaptive && fit.summary.insideShare() >= report.share;
   }
@@ -254,10 +255,15 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
       if (!arguments.domain.empty()) {
         throw InvalidInput("--domain is for points with parameters: give them, or leave it out");
       }
-      drawn = drawOrRefuse({input.parameters, input.values, input.weights}, start, options.fit.progress);
+      // On a net as fine as without a tolerance: coarse cells would pass for folds.
+      drawn = drawOrRefuse({input.parameters, input.values, input.weights}, startKnots<D>(arguments, input, false),
+                           options.fit.progress);
       report.drawing = jsonOf(*drawn);
       input.parameters = drawn->sheet.parameters;
-      start = drawn->sheet.fit.spline.knots();
+      for (std::size_t k = 0; k < D; ++k) {
+        const KnotVector& domain = drawn->sheet.fit.spline.knots()[k];
+        start[k] = start[k].rescaled(domain.from(), domain.to());
+      }
     }
   }
   Fit<D> fit;

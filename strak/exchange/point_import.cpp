@@ -8,7 +8,9 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
+#include <numbers>
 #include <unordered_set>
 
 #include "strak/base/error.h"
@@ -278,6 +280,52 @@ Points demHeights(std::string_view bytes) {
   return points;
 }
 
+// The export of a corneal topographer: a head that names the number of rings ("Anelli") and of half meridians
+// ("Semimeridiani"), then a number with a decimal comma a line, the radii of all samples ring by ring and then their
+// elevations (below the apex: negative). A negative radius or the elevation -1000 says that the sample is missing.
+bool isTopography(std::string_view head) {
+  return head.find("Anelli :") != head.npos && head.find("Semimeridiani :") != head.npos;
+}
+
+Points topographyPoints(const std::string& text) {
+  const auto headed = [&](std::string_view name) {
+    const std::size_t at = text.find(name);
+    const double value = std::strtod(text.c_str() + at + name.size(), nullptr);
+    if (!(value >= 1 && value <= 1e6)) {
+      throw InvalidInput(fmt::format("the topography needs a number of rings and meridians after '{}'", name));
+    }
+    return static_cast<std::size_t>(value);
+  };
+  const std::size_t rings = headed("Anelli :"), meridians = headed("Semimeridiani :");
+  std::vector<double> numbers;
+  std::size_t at = text.find('\n', text.find("Semimeridiani :"));
+  while (at < text.size()) {
+    const std::size_t end = std::min(text.find('\n', at + 1), text.size());
+    std::string line = text.substr(at + 1, end - at - 1);
+    at = end;
+    std::replace(line.begin(), line.end(), ',', '.');
+    double value = 0;
+    const auto result = std::from_chars(line.data(), line.data() + line.size(), value);
+    if (result.ec == std::errc{}) numbers.push_back(value);
+  }
+  const std::size_t samples = rings * meridians;
+  if (numbers.size() != 2 * samples) {
+    throw InvalidInput(
+        fmt::format("the topography holds {} numbers, not the radii and elevations of {} rings on {} "
+                    "half meridians: it may be damaged",
+                    numbers.size(), rings, meridians));
+  }
+  constexpr double kNoHeight = -1000;
+  Points points;
+  for (std::size_t k = 0; k < samples; ++k) {
+    const double radius = numbers[k], height = numbers[samples + k];
+    if (!(radius >= 0) || height == kNoHeight) continue;
+    const double angle = 2 * std::numbers::pi * static_cast<double>(k % meridians) / static_cast<double>(meridians);
+    points.push_back({radius * std::cos(angle), radius * std::sin(angle), height});
+  }
+  return points;
+}
+
 }  // namespace
 
 std::optional<ImportedPoints> importPoints(const std::filesystem::path& path, std::string_view head) {
@@ -287,6 +335,7 @@ std::optional<ImportedPoints> importPoints(const std::filesystem::path& path, st
   if (ending == ".stl") return asNet(stlVertices(readFile(path)));
   if (ending == ".off") return asNet(offVertices(readFile(path)));
   if (ending == ".gtx") return asNet(gtxHeights(readFile(path)));
+  if (isTopography(head)) return asNet(topographyPoints(readFile(path)));
   if (isDem(head)) return asNet(demHeights(readFile(path)));
   if (const auto layout = cloudLayout(head); layout && layout->compressed) {
     return compressedCloud(*layout, readFile(path));

@@ -1,7 +1,8 @@
 #pragma once
 //
 // Points of files that are read as a whole: the vertices of meshes (OBJ, STL in text or binary form, OFF), compressed
-// point clouds (PCD binary_compressed), and heights on grids (USGS DEM, .gtx).
+// point clouds (PCD binary_compressed), heights on grids (USGS DEM,
+// .gtx), and corneal topographies (rings of radii and elevations).
 
 #include <filesystem>
 #include <optional>

@@ -17,6 +17,7 @@ namespace {
 constexpr double kLeastFilling = 0.2;
 constexpr double kPointsPerCell = 50;  // enough to tell two groups from one
 constexpr double kLeastSine = 0.02;    // of the angle between the parameter lines
+constexpr double kLeastLayers = 3e-4;  // root mean square in parts of the size: nearer layers are patterns of errors
 constexpr double kNearer = 0.5;        // a place that is nearer by less may be rounding or noise
 constexpr double kAway = 1;            // knot spans: what is nearer in the domain is the same part of the surface
 constexpr double kTouching = 1e-6;     // of the surface's size: shorter distances are none
@@ -107,13 +108,15 @@ SheetCheck checkSheet(const Surface& surface, const FitPoints<2>& points, Index 
     coarse[k] = KnotVector::uniformClamped(1, spans, knots.from(), knots.to());
   }
   const auto groups = twoGroups<2>(errorsOnCells(coarse, signedErrors));
-  check.layered = groups.share;
-  check.layeredAt = groups.place;
+  const double size = (surface.net().colwise().maxCoeff() - surface.net().colwise().minCoeff()).norm();
+  if (distances.norm() > kLeastLayers * size * std::sqrt(static_cast<double>(points.count()))) {
+    check.layered = groups.share;
+    check.layeredAt = groups.place;
+  }
 
   if (mostLooked < 1 || points.count() == 0) return check;
   const Index step = (points.count() + mostLooked - 1) / mostLooked;
   check.looked = (points.count() + step - 1) / step;
-  const double size = (surface.net().colwise().maxCoeff() - surface.net().colwise().minCoeff()).norm();
   const double far = kTouching * size;
   std::vector<Index> rows;
   for (Index r = 0; r < points.count(); r += step) {

@@ -14,7 +14,8 @@ struct SheetCheck {
   // more than 90 degrees within half a cell, or its parameter lines touch.
   Index folded = 0, cells = 0;
   std::array<double, 2> foldedAt{};
-  // The part of the points in cells where their distances, with sign, fall into two groups: two layers of points.
+  // The part of the points in cells where their distances, with sign, fall into two groups: two layers of points. 0 if
+  // the distances are below 3e-4 of the size: mesh vertices often have such patterns.
   double layered = 0;
   std::array<double, 2> layeredAt{};
   // Of `looked` points spread over all: how many lie at most half as far from another place of the surface, more than a
