@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kFirstWeight = 1e-2;    // a plane, nearly
 constexpr double kDoubtful = 0.1;        // SheetCheck::doubt; with more the other planes are tried
+constexpr double kClearlyNearer = 0.5;   // ... and taken if the errors fall to this part
 constexpr double kFactor = 0.25;         // of the weight, from step to step
 constexpr double kLeastReduction = 0.7;  // a factor nearer to 1 is not tried before a fold
 constexpr double kLeastWeight = 1e-12;   // nothing is smoothed by less
@@ -130,13 +131,17 @@ DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& optio
 DrawnCloud drawCloud(const Net& points, const Eigen::VectorXd& weights, const DeepDrawingOptions& options) {
   DrawnCloud best;
   for (int plane = 0; plane < 3; ++plane) {
-    DrawnSheet sheet = drawSheet({planeParameters(points, plane), points, weights}, options);
-    const SheetCheck& now = sheet.check;
-    const SheetCheck& before = best.sheet.check;
-    const bool better = (now.doubt() > kNotOneSheet) != (before.doubt() > kNotOneSheet)
-                            ? now.doubt() < before.doubt()
-                            : sheet.fit.summary.rms < best.sheet.fit.summary.rms;
-    if (plane > 0 && !better) continue;
+    DrawnSheet sheet;
+    try {
+      sheet = drawSheet({planeParameters(points, plane), points, weights}, options);
+    } catch (const InvalidInput&) {
+      // From the side a cloud may be too thin.
+      if (plane == 0) throw;
+      continue;
+    }
+    const bool worse = sheet.fit.summary.rms > kClearlyNearer * best.sheet.fit.summary.rms ||
+                       (sheet.check.doubt() > kNotOneSheet && best.sheet.check.doubt() <= kNotOneSheet);
+    if (plane > 0 && worse) continue;
     best = {std::move(sheet), plane};
     if (best.sheet.fit.summary.stopped || best.sheet.check.doubt() <= kDoubtful) break;
   }
