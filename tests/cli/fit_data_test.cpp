@@ -12,7 +12,8 @@ class FitOfRealData : public test::Program {
   // Fits a file of the data folder; null, and the test is skipped, where the folder is absent.
   nlohmann::json fit(const std::string& name, std::vector<std::string> options) const {
     const char* named = std::getenv("STRAK_DATA");
-    const std::filesystem::path file = std::filesystem::path(named != nullptr ? named : "../shared/data") / name;
+    const std::filesystem::path file =
+        std::filesystem::path(named != nullptr ? named : STRAK_SOURCE_DIR "/../shared/data") / name;
     if (!std::filesystem::exists(file)) return nullptr;
     options.insert(options.begin(), {"fit", std::filesystem::absolute(file).string(), "-o", path("out.step")});
     return json(options)["objects"][0];

@@ -199,7 +199,7 @@ TEST_F(PointImport, ReadsCornealTopographies) {
 
 TEST(PointImportOfRealFiles, IsWhatOtherProgramsRead) {
   const char* named = std::getenv("STRAK_DATA");
-  const std::filesystem::path folder = named != nullptr ? named : "../shared/data";
+  const std::filesystem::path folder = named != nullptr ? named : STRAK_SOURCE_DIR "/../shared/data";
   if (!std::filesystem::exists(folder / "grid")) GTEST_SKIP() << "real files are not here: set STRAK_DATA";
   struct Known {
     std::string name;
