@@ -18,6 +18,7 @@ namespace {
 
 using testing::allFree;
 using testing::bentSheet;
+using testing::someFree;
 using testing::withRandomWeights;
 
 // The basis functions of knots without inner ones.
@@ -157,11 +158,8 @@ TEST(BeltramiEnergy, GradientIsThatOfTheValue) {
   for (const bool rational : {false, true}) {
     Surface sheet = bentSheet(3, 2, 3, 4, 0.02);
     if (rational) sheet = withRandomWeights(sheet);
-    std::vector<int> unknownOf(static_cast<std::size_t>(sheet.net().rows()), -1);
-    // Some free points, two of which are one and the same.
-    int unknowns = 0;
-    for (std::size_t r = 7; r < unknownOf.size(); r += 2) unknownOf[r] = unknowns++;
-    unknownOf[9] = unknownOf[7];
+    const std::vector<int> unknownOf = someFree(sheet);
+    const int unknowns = 1 + *std::max_element(unknownOf.begin(), unknownOf.end());
     const BeltramiEnergy energy(sheet, unknownOf);
     const Net points = bentSheet(3, 2, 3, 4, 0.1, 5).net();
     const auto moved = [&](const Eigen::VectorXd& e) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "strak/base/error.h"
 #include "strak/energy/join_energy.h"
 #include "strak/energy/shape_residuals.h"
@@ -14,6 +16,7 @@ namespace {
 
 using testing::allFree;
 using testing::bentSheet;
+using testing::someFree;
 using testing::withRandomWeights;
 
 ShapeDerivatives randomDerivatives(unsigned seed) {
@@ -94,11 +97,8 @@ TEST(ShapeEnergy, GradientIsThatOfTheValue) {
   for (const bool rational : {false, true}) {
     Surface sheet = bentSheet(3, 2, 3, 4, 0.02);
     if (rational) sheet = withRandomWeights(sheet);
-    std::vector<int> unknownOf(static_cast<std::size_t>(sheet.net().rows()), -1);
-    // Some free points, two of which are one and the same.
-    int unknowns = 0;
-    for (std::size_t r = 7; r < unknownOf.size(); r += 2) unknownOf[r] = unknowns++;
-    unknownOf[9] = unknownOf[7];
+    const std::vector<int> unknownOf = someFree(sheet);
+    const int unknowns = 1 + *std::max_element(unknownOf.begin(), unknownOf.end());
     ShapeEnergy energy(sheet, unknownOf, 5);
     const Net points = sheet.euclideanNet();
     energy.setMetric(points);

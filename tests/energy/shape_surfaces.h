@@ -45,4 +45,13 @@ inline std::vector<int> allFree(const Surface& surface) {
   return unknownOf;
 }
 
+// Some points free, two of which are one and the same.
+inline std::vector<int> someFree(const Surface& surface) {
+  std::vector<int> unknownOf(static_cast<std::size_t>(surface.net().rows()), -1);
+  int unknowns = 0;
+  for (std::size_t r = 7; r < unknownOf.size(); r += 2) unknownOf[r] = unknowns++;
+  unknownOf[9] = unknownOf[7];
+  return unknownOf;
+}
+
 }  // namespace strak::testing
