@@ -19,11 +19,15 @@ constexpr double kFirstDamping = 1e-3;
 constexpr double kMostDamping = 1e4;
 constexpr double kSteps[] = {1, 0.4, 0.16, 0.064};
 constexpr double kLeastShare = 0.05;  // of the predicted decrease that a step must bring
+constexpr int kMostWithdrawals = 8;
+constexpr int kMostRaises = 6;        // of weights between two withdrawals, where the part is large
 constexpr int kMostTurns = 6;         // of the plate energy's weight, where the guard refuses
 constexpr double kInnerShare = 0.02;  // of a step's decrease: how sharply the next one is solved
 constexpr double kFinest = 1e-5, kCoarsest = 1e-3;
-constexpr Index kLarge = 20'000;  // unknown points: a step takes half a minute, so only steps that bring much are taken
-constexpr double kFirstGap = 10;  // the merit is a sum of logarithms
+// Unknown points, of one patch and of several (whose waves are no longer than a patch): a step of one factor takes half
+// a minute, so there are windows, and only steps that bring much are taken.
+constexpr Index kLargePatch = 20'000, kLargePart = 10'000;
+constexpr double kFirstGap = 10;         // the merit is a sum of logarithms
 constexpr double kStartAccuracy = 1e-4;  // of the metric energy of the input
 
 // When a stage ends; the figures by patches.
@@ -44,9 +48,10 @@ class Descent {
         problem_(patches, joins, options.tolerance, options.ballsOnPoints),
         e_(Eigen::VectorXd::Zero(3 * problem_.unknowns())),
         now_(problem_.figuresAt(e_)),
-        accepted_{e_} {
+        accepted_{e_},
+        lastStep_(options.maxSteps) {
     if (isLarge()) {
-      windows_ = std::make_unique<HullWindows>(problem_.pattern(), problem_.places());
+      makeWindows();
     } else {
       factor_ = std::make_unique<NestedCholesky>(problem_.pattern(), problem_.places());
     }
@@ -54,14 +59,17 @@ class Descent {
   ShapeDescent run();
 
  private:
-  bool isLarge() const { return problem_.unknowns() > kLarge; }
+  bool isLarge() const { return problem_.unknowns() > (problem_.patches() > 1 ? kLargePart : kLargePatch); }
   // The merit is a sum over the patches.
   double scale() const { return static_cast<double>(problem_.patches()); }
   void setMetrics(double most);
   void minimize(const BlockMatrix& matrix, const Eigen::VectorXd& linear, double accuracy, Eigen::VectorXd& x);
   void startFromMetric();
   void stage(const Stop& stop);
+  void makeWindows(std::vector<int> unknowns = {});
   bool raiseWeights();
+  bool settle(ShapeDescent& result);
+  void goBack();
   void accept(const Eigen::VectorXd& e, ShapeProblem::Figures at);
 
   const ShapeDescentOptions& options_;
@@ -71,7 +79,8 @@ class Descent {
   Eigen::VectorXd e_;
   ShapeProblem::Figures now_;
   std::vector<Eigen::VectorXd> accepted_;
-  Index steps_ = 0;
+  Index steps_ = 0, lastStep_ = 0;
+  int raises_ = 0;  // since patches were withdrawn
   StopReason stop_ = StopReason::precision;
 };
 
@@ -86,8 +95,16 @@ void Descent::setMetrics(double most) {
   now_ = problem_.figuresAt(e_);
 }
 
+void Descent::makeWindows(std::vector<int> unknowns) {
+  windows_ = std::make_unique<HullWindows>(problem_.pattern(), problem_.places(), WindowOptions{}, std::move(unknowns));
+}
+
 bool Descent::raiseWeights() {
-  if (!problem_.raiseWeights(e_, now_)) return false;
+  if (isLarge() && ++raises_ > kMostRaises) return false;
+  const std::vector<std::size_t> raised = problem_.raiseWeights(e_, now_);
+  if (raised.empty()) return false;
+  // The others have nothing new to answer to.
+  if (windows_) makeWindows(problem_.unknownsOf(raised));
   now_ = problem_.figuresAt(e_);
   return true;
 }
@@ -100,7 +117,7 @@ void Descent::minimize(const BlockMatrix& matrix, const Eigen::VectorXd& linear,
   } else {
     minimizeInHull(problem, *factor_, x, options);
   }
-  x = problem_.shrunk(x);
+  x = problem_.withHeld(x);
 }
 
 // The minimum of the metric energy alone, where it has less of everything: the start for inputs that are folded or full
@@ -127,11 +144,11 @@ void Descent::stage(const Stop& stop) {
   double damping = kFirstDamping, accuracy = kCoarsest, lastPredicted = 0;
   int small = 0, turns = 0;
   while (true) {
-    if (steps_ >= options_.maxSteps) {
+    if (steps_ >= lastStep_) {
       stop_ = StopReason::steps;
       return;
     }
-    if (!options_.progress.report(static_cast<double>(steps_) / static_cast<double>(options_.maxSteps), "fairing")) {
+    if (!options_.progress.report(static_cast<double>(steps_) / static_cast<double>(lastStep_), "fairing")) {
       stop_ = StopReason::cancelled;
       return;
     }
@@ -206,6 +223,34 @@ void Descent::stage(const Stop& stop) {
   }
 }
 
+// Goes on until the place where it stands holds: of many patches those that do not go back to the input, and the others
+// go on without them. False if that leads nowhere.
+bool Descent::settle(ShapeDescent& result) {
+  for (int withdrawals = 0;; ++withdrawals) {
+    std::vector<std::size_t> worse = problem_.worseJoins(now_);
+    if (worse.empty() || problem_.patches() > 1) {
+      const auto more = problem_.worseFigures(e_, result.before, result.after);
+      worse.insert(worse.end(), more.begin(), more.end());
+    }
+    if (worse.empty()) return true;
+    if (problem_.patches() == 1 || withdrawals == kMostWithdrawals || stop_ == StopReason::cancelled) return false;
+    if (!problem_.holdPatches(worse)) return false;
+    const Eigen::VectorXd x = problem_.withHeld(e_);
+    accept(x, problem_.figuresAt(x));
+    if (windows_) makeWindows();
+    raises_ = 0;
+    lastStep_ = steps_ + options_.maxSteps;
+    stage(isLarge() ? kStopLarge : kStopLater);
+  }
+}
+
+// One place back; of many patches to the start, because all that led nowhere has been tried.
+void Descent::goBack() {
+  accepted_.resize(problem_.patches() == 1 ? accepted_.size() - 1 : 1);
+  e_ = accepted_.back();
+  now_ = problem_.figuresAt(e_);
+}
+
 ShapeDescent Descent::run() {
   const auto begin = std::chrono::steady_clock::now();
   ShapeDescent result;
@@ -222,29 +267,26 @@ ShapeDescent Descent::run() {
       setMetrics(kLaterMetricWeight);
       problem_.resetPlateWeights();
       stage(kStopLater);
-      if (problem_.patches() == 1 && problem_.plainMerit(now_) > firstMerit) accepted_.resize(firstStage);
+      if (problem_.patches() == 1 && problem_.plainMerit(now_) > firstMerit) {
+        accepted_.resize(firstStage + 1);
+        goBack();
+      }
     }
   }
+  while (accepted_.size() > 1 && !settle(result)) goBack();
   result.steps = steps_;
   result.stopReason = nothingFree ? StopReason::nothingFree : stop_;
-  // The last place where everything holds.
-  while (accepted_.size() > 1 && !(problem_.joinsHold(problem_.figuresAt(accepted_.back())) &&
-                                   problem_.figuresHold(accepted_.back(), result.before, result.after))) {
-    accepted_.pop_back();
-  }
-  const Eigen::VectorXd& e = accepted_.back();
   if (accepted_.size() == 1) {
     result.before.clear();
     for (std::size_t p = 0; p < problem_.patches(); ++p) result.before.push_back(problem_.before(p));
     result.after = result.before;
   }
-  now_ = problem_.figuresAt(e);
   for (std::size_t j = 0; j < problem_.givenJoins(); ++j) {
     result.joinsBefore.push_back(problem_.firstJoin(j));
     result.joinsAfter.push_back(now_.joins[j]);
   }
-  for (std::size_t p = 0; p < problem_.patches(); ++p) result.surfaces.push_back(problem_.surface(p, e));
-  const Eigen::VectorXd reached = problem_.rows().times(e);
+  for (std::size_t p = 0; p < problem_.patches(); ++p) result.surfaces.push_back(problem_.surface(p, e_));
+  const Eigen::VectorXd reached = problem_.rows().times(e_);
   for (Index i = 0; i < problem_.rows().count(); ++i) {
     result.activeRows += reached.segment<3>(3 * i).norm() > 0.998 * options_.tolerance;
   }

@@ -36,6 +36,13 @@ bool below(const SurfaceFairness& after, const SurfaceFairness& before, double l
          after.isophoteRoughness <= limit * before.isophoteRoughness;
 }
 
+template <class T>
+std::vector<T> ascending(std::vector<T> numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  return numbers;
+}
+
 }  // namespace
 
 ShapeProblem::ShapeProblem(const std::vector<ShapePatch>& patches, const std::vector<ShapeJoin>& joins,
@@ -279,6 +286,7 @@ void ShapeProblem::addStep(const Eigen::VectorXd& e, const Figures& now, BlockMa
                           gradient);
     }
   });
+  holdPoints(unknownsMatrix, unknownsGradient);
 }
 
 void ShapeProblem::addMetric(BlockMatrix& unknownsMatrix, Eigen::VectorXd& unknownsGradient) const {
@@ -341,55 +349,108 @@ ShapeProblem::WorseJoin ShapeProblem::worseJoin(std::size_t j, const JoinFigures
   return worse;
 }
 
-bool ShapeProblem::joinsHold(const Figures& at) const {
-  for (std::size_t j = 0; j < joins_.size(); ++j) {
-    const WorseJoin worse = worseJoin(j, at.joins[j]);
-    if (worse.angle || worse.jump) return false;
-  }
-  return true;
-}
-
-bool ShapeProblem::raiseWeights(const Eigen::VectorXd& e, const Figures& now) {
-  bool raised = false;
-  const auto raise = [&raised](bool worse, double factor, double most, double& weight) {
-    if (!worse || weight >= most) return;
+std::vector<std::size_t> ShapeProblem::raiseWeights(const Eigen::VectorXd& e, const Figures& now) {
+  std::vector<std::size_t> raised;
+  const auto raise = [](bool worse, double factor, double most, double& weight) {
+    if (!worse || weight >= most) return false;
     weight = std::max(kFirstWeight, weight * factor);
-    raised = true;
+    return true;
   };
   for (std::size_t j = 0; j < joins_.size(); ++j) {
     const WorseJoin worse = worseJoin(j, now.joins[j]);
-    raise(worse.angle, kMoreJoinWeight, kMostJoinWeight, joins_[j].angleWeight);
-    raise(worse.jump, kMoreJoinWeight, kMostJoinWeight, joins_[j].jumpWeight);
+    const bool angle = raise(worse.angle, kMoreJoinWeight, kMostJoinWeight, joins_[j].angleWeight);
+    const bool jump = raise(worse.jump, kMoreJoinWeight, kMostJoinWeight, joins_[j].jumpWeight);
+    if (angle || jump) raised.insert(raised.end(), {joins_[j].a, joins_[j].b});
   }
   for (std::size_t p = 0; p < patches_.size() && patches_.size() > 1; ++p) {
     const Worse worse = worsePatch(p, e, now);
-    raise(worse.plate, kMoreFigureWeight, kMostFigureWeight, patches_[p].plateWeight);
-    raise(worse.roughness, kMoreFigureWeight, kMostFigureWeight, patches_[p].roughWeight);
+    const bool plate = raise(worse.plate, kMoreFigureWeight, kMostFigureWeight, patches_[p].plateWeight);
+    const bool rough = raise(worse.roughness, kMoreFigureWeight, kMostFigureWeight, patches_[p].roughWeight);
+    if (plate || rough) raised.push_back(p);
   }
-  return raised;
+  return ascending(std::move(raised));
 }
 
-bool ShapeProblem::figuresHold(const Eigen::VectorXd& e, std::vector<SurfaceFairness>& before,
-                               std::vector<SurfaceFairness>& after) {
-  before.clear();
-  after.clear();
+bool ShapeProblem::figuresHold(std::size_t p, const Surface& moved, SurfaceFairness& before, SurfaceFairness& after) {
+  Patch& patch = patches_[p];
+  before = patch.before;
+  after = fairnessOf(patch, moved, kGuardError);
+  if (below(after, before, kClose)) return true;
+  // Of many, one with a singular corner must not keep all others from moving.
+  if (patch.singular || !trusted(after)) return patches_.size() > 1 || below(after, before, 1);
+  if (!patch.sharpBefore) patch.sharpBefore = fairnessOf(patch, patch.input->surface, kSharpError);
+  before = *patch.sharpBefore;
+  after = fairnessOf(patch, moved, kSharpError);
+  return below(after, before, 1);
+}
+
+std::vector<std::size_t> ShapeProblem::worseFigures(const Eigen::VectorXd& e, std::vector<SurfaceFairness>& before,
+                                                    std::vector<SurfaceFairness>& after) {
+  std::vector<std::size_t> worse;
+  before.assign(patches_.size(), {});
+  after.assign(patches_.size(), {});
   for (std::size_t p = 0; p < patches_.size(); ++p) {
-    Patch& patch = patches_[p];
-    const Surface moved = surface(p, e);
-    before.push_back(patch.before);
-    after.push_back(fairnessOf(patch, moved, kGuardError));
-    if (below(after[p], before[p], kClose)) continue;
-    if (patch.singular || !trusted(after[p])) {
-      // Of many, one with a singular corner must not keep all others from moving.
-      if (patches_.size() > 1 || below(after[p], before[p], 1)) continue;
-      return false;
-    }
-    if (!patch.sharpBefore) patch.sharpBefore = fairnessOf(patch, patch.input->surface, kSharpError);
-    before[p] = *patch.sharpBefore;
-    after[p] = fairnessOf(patch, moved, kSharpError);
-    if (!below(after[p], before[p], 1)) return false;
+    if (!figuresHold(p, surface(p, e), before[p], after[p])) worse.push_back(p);
   }
-  return true;
+  return worse;
+}
+
+std::vector<std::size_t> ShapeProblem::worseJoins(const Figures& at) const {
+  std::vector<std::size_t> patches;
+  for (std::size_t j = 0; j < joins_.size(); ++j) {
+    const WorseJoin worse = worseJoin(j, at.joins[j]);
+    if (worse.angle || worse.jump) patches.insert(patches.end(), {joins_[j].a, joins_[j].b});
+  }
+  return ascending(std::move(patches));
+}
+
+std::vector<int> ShapeProblem::unknownsOf(const std::vector<std::size_t>& patches) const {
+  std::vector<int> unknowns;
+  for (const std::size_t p : patches) {
+    for (const int point : patches_[p].input->unknownOf) {
+      if (point < 0) continue;
+      if (!tied_) {
+        unknowns.push_back(point);
+      } else {
+        for (const TiedPoints::Term& term : tied_->terms(point)) unknowns.push_back(term.unknown);
+      }
+    }
+  }
+  return ascending(std::move(unknowns));
+}
+
+bool ShapeProblem::holdPatches(const std::vector<std::size_t>& patches) {
+  held_.resize(static_cast<std::size_t>(unknowns_), 0);
+  bool more = false;
+  for (const int unknown : unknownsOf(patches)) {
+    char& held = held_[static_cast<std::size_t>(unknown)];
+    more = more || held == 0;
+    held = 1;
+  }
+  return more;
+}
+
+Eigen::VectorXd ShapeProblem::withHeld(const Eigen::VectorXd& e) const {
+  if (held_.empty()) return shrunk(e);
+  Eigen::VectorXd x = e;
+  for (Index i = 0; i < unknowns_; ++i) {
+    if (held_[static_cast<std::size_t>(i)] != 0) x.segment<3>(3 * i).setZero();
+  }
+  // Where held points have lost their share of a sum, the others may be too far away.
+  return shrunk(rows_.drawnIn(std::move(x)));
+}
+
+void ShapeProblem::holdPoints(BlockMatrix& matrix, Eigen::VectorXd& gradient) const {
+  constexpr double kStiff = 1e8;
+  if (held_.empty()) return;
+  Eigen::VectorXd stiff = Eigen::VectorXd::Zero(unknowns_);
+  const Eigen::VectorXd diagonal = matrix.pointDiagonal();
+  for (Index i = 0; i < unknowns_; ++i) {
+    if (held_[static_cast<std::size_t>(i)] == 0) continue;
+    stiff[i] = kStiff * diagonal[i];
+    gradient.segment<3>(3 * i).setZero();
+  }
+  matrix.addDiagonal(stiff);
 }
 
 double ShapeProblem::plainMerit(const Figures& at) const {

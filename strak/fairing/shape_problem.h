@@ -44,13 +44,22 @@ class ShapeProblem {
   // towards the one that is.
   bool patchHolds(const Eigen::VectorXd& e, const Figures& at) const;
   void turnPlateWeight(const Eigen::VectorXd& e, const Figures& at);
-  bool joinsHold(const Figures& at) const;
-  // No figure of any patch is larger than its input's, integrated adaptively, sharply where they are close.
-  bool figuresHold(const Eigen::VectorXd& e, std::vector<SurfaceFairness>& before, std::vector<SurfaceFairness>& after);
-  // Gives more weight to what is worse than the input: joins, and of several patches their figures. False if there is
-  // nothing to raise.
-  bool raiseWeights(const Eigen::VectorXd& e, const Figures& now);
+  // Gives more weight to what is worse than the input: joins, and of several patches their figures. Returns the patches
+  // that are touched; none if there is nothing to raise.
+  std::vector<std::size_t> raiseWeights(const Eigen::VectorXd& e, const Figures& now);
   void resetPlateWeights();
+
+  // What moves these patches.
+  std::vector<int> unknownsOf(const std::vector<std::size_t>& patches) const;
+  // The patches of which a figure is larger than the input's, integrated adaptively, sharply where they are close.
+  std::vector<std::size_t> worseFigures(const Eigen::VectorXd& e, std::vector<SurfaceFairness>& before,
+                                        std::vector<SurfaceFairness>& after);
+  // The patches at joins of which a figure is larger.
+  std::vector<std::size_t> worseJoins(const Figures& at) const;
+  // From now on the points of these patches stay where the input has them. False if they do already.
+  bool holdPatches(const std::vector<std::size_t>& patches);
+  // A place near e where held points are where the input has them, and everything is inside the balls.
+  Eigen::VectorXd withHeld(const Eigen::VectorXd& e) const;
 
   // Refines the hull where balls are touched; false if none is.
   bool refineRows(const Eigen::VectorXd& e);
@@ -112,6 +121,8 @@ class ShapeProblem {
   Net points(const Patch& patch, const Eigen::VectorXd& e) const;
   Worse worsePatch(std::size_t patch, const Eigen::VectorXd& e, const Figures& at) const;
   WorseJoin worseJoin(std::size_t join, const JoinFigures& now) const;
+  bool figuresHold(std::size_t patch, const Surface& moved, SurfaceFairness& before, SurfaceFairness& after);
+  void holdPoints(BlockMatrix& matrix, Eigen::VectorXd& gradient) const;
 
   double tolerance_;
   bool ballsOnPoints_;
@@ -119,6 +130,7 @@ class ShapeProblem {
   std::vector<Join> joins_;
   std::size_t givenJoins_ = 0;
   Index unknowns_ = 0;
+  std::vector<char> held_;  // by unknowns; empty: none
   std::shared_ptr<const BlockPattern> pattern_;
   BallRows rows_;
   std::shared_ptr<const TiedPoints> tied_;  // null: the patches' points are the unknowns

@@ -34,6 +34,28 @@ double largestOf(const Eigen::VectorXd& sums, const std::vector<double>& radius)
 
 double BallRows::largestRatio(const Eigen::VectorXd& x) const { return largestOf(times(x), radius); }
 
+Eigen::VectorXd BallRows::drawnIn(Eigen::VectorXd x) const {
+  constexpr int kPasses = 100;
+  constexpr double kInside = 1 - 1e-12;
+  // One row's share moves its neighbours, so there are passes; what they leave is drawn in as a whole.
+  for (int pass = 0; pass <= kPasses; ++pass) {
+    const Eigen::VectorXd sums = times(x);
+    const double largest = largestOf(sums, radius);
+    if (!(largest > 1)) break;
+    Eigen::VectorXd share = Eigen::VectorXd::Constant(x.size() / 3, pass < kPasses ? 1 : kInside / largest);
+    for (Index i = 0; i < count() && pass < kPasses; ++i) {
+      const auto row = static_cast<std::size_t>(i);
+      const double ratio = sums.segment<3>(3 * i).norm() / radius[row];
+      if (!(ratio > 1)) continue;
+      for (auto k = static_cast<std::size_t>(start[row]); k < static_cast<std::size_t>(start[row + 1]); ++k) {
+        share[point[k]] = std::min(share[point[k]], kInside / ratio);
+      }
+    }
+    for (Index p = 0; p < share.size(); ++p) x.segment<3>(3 * p) *= share[p];
+  }
+  return x;
+}
+
 Eigen::VectorXd HullProblem::sums(const Eigen::VectorXd& x) const {
   Eigen::VectorXd sums = rows->times(x);
   if (offset) sums += *offset;

@@ -26,6 +26,9 @@ struct BallRows {
   Eigen::VectorXd times(const Eigen::VectorXd& x) const;  // three numbers a row
   // The largest |row i of x| / radius[i]; 0 without rows.
   double largestRatio(const Eigen::VectorXd& x) const;
+  // x in all balls: the points of rows that are too long drawn to zero, where every row holds; what is in no such row
+  // stays.
+  Eigen::VectorXd drawnIn(Eigen::VectorXd x) const;
 };
 
 struct HullProblem {

@@ -205,11 +205,13 @@ HullResult HullWindows::Parts::minimize(const Points& window, const HullProblem&
 }
 
 HullWindows::HullWindows(std::shared_ptr<const BlockPattern> pattern, const Eigen::Ref<const Eigen::MatrixX3d>& places,
-                         const WindowOptions& options)
+                         const WindowOptions& options, std::vector<int> points)
     : parts_(std::make_unique<Parts>(std::move(pattern), places)) {
-  Points all(at(parts_->pattern->size()));
-  std::iota(all.begin(), all.end(), 0);
-  bisect(std::move(all), parts_->places, options.points, parts_->windows);
+  if (points.empty()) {
+    points.resize(at(parts_->pattern->size()));
+    std::iota(points.begin(), points.end(), 0);
+  }
+  bisect(std::move(points), parts_->places, options.points, parts_->windows);
   for (Points& window : parts_->windows) {
     for (int k = 0; k < options.overlap; ++k) window = parts_->withNeighbours(std::move(window));
   }

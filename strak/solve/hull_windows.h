@@ -22,9 +22,10 @@ struct WindowOptions {
 
 class HullWindows {
  public:
-  // `places` as for NestedCholesky. Cost O(blocks log size).
+  // `places` as for NestedCholesky. `points`: the windows hold these and their overlap only, all others stay where they
+  // are; none: every point. Cost O(blocks log size).
   HullWindows(std::shared_ptr<const BlockPattern> pattern, const Eigen::Ref<const Eigen::MatrixX3d>& places,
-              const WindowOptions& options = {});
+              const WindowOptions& options = {}, std::vector<int> points = {});
   ~HullWindows();
   HullWindows(HullWindows&&) noexcept;
   HullWindows& operator=(HullWindows&&) noexcept;

@@ -435,6 +435,32 @@ TEST(JointFairing, ForTangentPlanesAloneTheCurvatureDoesNotGetWorse) {
   }
 }
 
+// Three strips of a sheet side by side; the middle one is a piece of a plane, which any move makes rougher.
+TEST(JointFairing, AFaceThatTheOthersMakeWorseKeepsStillAlone) {
+  std::mt19937 engine(3);
+  std::vector<PartFace> faces;
+  std::vector<SidePair> pairs;
+  for (int strip = 0; strip < 3; ++strip) {
+    Surface sheet = withDomain(bentSheet(3, 3, 8, 8), 0, strip, strip + 1);
+    sheet.net().col(0).array() += strip;
+    sheet.net().col(1).array() += 0.1 * strip;
+    sheet.net().col(2).setZero();
+    if (strip != 1) addNoise(sheet, 0.002, {strip == 0 ? 2 : 1, strip == 0 ? 1 : 2, 2, 2}, engine);
+    faces.push_back({sheet, {}});
+    if (strip > 0) pairs.push_back({strip - 1, strip, 1, 0});
+  }
+  const PartPlan plan = planPart(faces, pairs, heldOutside());
+  ASSERT_EQ(plan.joints.size(), 2U);
+  const JointFairing result = fairJointly(plan, {.tolerance = 0.01});
+  EXPECT_EQ(result.surfaces[1].net(), plan.surfaces[1].net());
+  for (const std::size_t f : {std::size_t{0}, std::size_t{2}}) {
+    EXPECT_LT(result.after[f].isophoteRoughness, 0.5 * result.before[f].isophoteRoughness);
+  }
+  for (std::size_t j = 0; j < 2; ++j) {
+    EXPECT_LE(result.joinsAfter[j].meanAngle, std::max(1e-5, result.joinsBefore[j].meanAngle));
+  }
+}
+
 TEST(JointFairing, NoToleranceNoMove) {
   const PartPlan plan = planPart(twoFaces(0.002, true), kPair, heldOutside());
   const JointFairing result = fairJointly(plan, {.tolerance = 0});

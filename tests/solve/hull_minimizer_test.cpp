@@ -167,6 +167,18 @@ TEST(HullMinimizer, OffsetsStandForPointsThatAreHeld) {
   EXPECT_LT((x - whole.tail(117)).norm(), 1e-3 * whole.norm());
 }
 
+TEST(BallRows, AreDrawnInOneByOne) {
+  Chain chain(40);
+  chain.addRows(1);
+  Eigen::VectorXd x = Eigen::VectorXd::Constant(120, 0.1);
+  EXPECT_EQ(chain.rows.drawnIn(x), x);
+  x.segment<3>(30) << 5, -3, 2;
+  const Eigen::VectorXd inside = chain.rows.drawnIn(x);
+  EXPECT_LE(chain.rows.largestRatio(inside), 1);
+  EXPECT_GT(chain.rows.largestRatio(inside), 0.9);
+  EXPECT_EQ(inside.tail(60), x.tail(60)) << "what is far away stays";
+}
+
 TEST(HullMinimizer, SaysWhatIsNotConvex) {
   Chain chain(10);
   chain.addRows(1);

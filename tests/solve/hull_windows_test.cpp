@@ -101,6 +101,24 @@ TEST(HullWindows, OneWindowIsTheWholeProblem) {
   EXPECT_LT((x - y).norm(), 1e-9 * y.norm());
 }
 
+TEST(HullWindows, OfSomePointsMoveTheseAndTheirOverlapOnly) {
+  const Membrane membrane(20, 0.1);
+  std::vector<int> some;
+  for (Index i = 3; i < 8; ++i) {
+    for (Index j = 3; j < 8; ++j) some.push_back(membrane.at(i, j));
+  }
+  const HullWindows windows(membrane.pattern, membrane.places(), {.points = 10, .overlap = 1}, some);
+  EXPECT_GT(windows.windows(), 1);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(3 * 400);
+  EXPECT_LT(windows.sweep(membrane.problem(), x).value, 0);
+  for (Index i = 0; i < 20; ++i) {
+    for (Index j = 0; j < 20; ++j) {
+      const bool near = i >= 2 && i < 9 && j >= 2 && j < 9;
+      EXPECT_EQ(x.segment<3>(3 * membrane.at(i, j)).isZero(0), !near) << i << ' ' << j;
+    }
+  }
+}
+
 TEST(HullWindows, TheNumberOfThreadsChangesNothing) {
   const Membrane membrane(40, 0.05);
   const HullWindows windows(membrane.pattern, membrane.places(), {.points = 60, .overlap = 1});
