@@ -37,7 +37,15 @@ std::vector<Index> columnsNamed(const PointFile& file, const std::vector<std::st
   return result;
 }
 
+bool areNeighbours(const std::vector<Index>& columns) {
+  for (std::size_t k = 1; k < columns.size(); ++k) {
+    if (columns[k] != columns[k - 1] + 1) return false;
+  }
+  return true;
+}
+
 Net chosen(const Net& block, const std::vector<Index>& columns) {
+  if (areNeighbours(columns)) return block.middleCols(columns.front(), static_cast<Index>(columns.size()));
   Net result(block.rows(), static_cast<Index>(columns.size()));
   for (std::size_t k = 0; k < columns.size(); ++k) result.col(static_cast<Index>(k)) = block.col(columns[k]);
   return result;
@@ -99,6 +107,11 @@ FitInput<D> fitInput(const PointFile& file, const FitColumns& columns, std::uint
   if (input.streamed) {
     input.pass = [&file, columns](const std::function<void(const FitPoints<D>&)>& visit) {
       file.forEachBlock([&](const Net& block) {
+        if (columns.weight < 0 && areNeighbours(columns.parameters) && areNeighbours(columns.values)) {
+          // As they lie there: a copy would take as long as to read them.
+          return visit({block.middleCols(columns.parameters.front(), D),
+                        block.middleCols(columns.values.front(), static_cast<Index>(columns.values.size()))});
+        }
         const Net parameters = chosen(block, columns.parameters), values = chosen(block, columns.values);
         if (columns.weight < 0) return visit({parameters, values});
         const Eigen::VectorXd weights = block.col(columns.weight);

@@ -214,4 +214,24 @@ double cloudNumber(const CloudField& field, const char* record, bool bigEndian) 
   return 0;
 }
 
+void cloudNumbers(const CloudLayout& layout, const char* records, Index rows, double* numbers) {
+  const auto columns = static_cast<Index>(layout.fields.size());
+  const auto record = static_cast<Index>(layout.record);
+  for (Index c = 0; c < columns; ++c) {
+    const CloudField& field = layout.fields[static_cast<std::size_t>(c)];
+    const bool plain = field.type == Type::real && !layout.bigEndian;
+    const char* from = records + field.offset;
+    for (Index r = 0; r < rows; ++r) {
+      double& to = numbers[r * columns + c];
+      if (plain && field.bytes == 4) {
+        to = asNumber<float>(from + r * record);
+      } else if (plain && field.bytes == 8) {
+        to = asNumber<double>(from + r * record);
+      } else {
+        to = cloudNumber(field, records + r * record, layout.bigEndian);
+      }
+    }
+  }
+}
+
 }  // namespace strak

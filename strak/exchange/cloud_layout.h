@@ -41,4 +41,8 @@ std::optional<CloudLayout> cloudLayout(std::string_view head);
 // The number of `field` in a point's record.
 double cloudNumber(const CloudField& field, const char* record, bool bigEndian);
 
+// The numbers of all fields of `rows` records, row by row: as many as the layout has fields. Cost: about 1 ns a number
+// for the usual floats and doubles.
+void cloudNumbers(const CloudLayout& layout, const char* records, Index rows, double* numbers);
+
 }  // namespace strak

@@ -1,10 +1,12 @@
 #include "strak/exchange/point_file.h"
 
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -20,10 +22,12 @@ namespace strak {
 
 namespace {
 
-constexpr std::size_t kHead = std::size_t{1} << 16;   // bytes looked at to find out what the file is
-constexpr std::size_t kBlock = std::size_t{1} << 23;  // bytes parsed at once
-constexpr std::size_t kChunk = std::size_t{1} << 18;  // ... by one task
-constexpr Index kKeptRows = 100000;                   // handed out at once
+constexpr std::size_t kHead = std::size_t{1} << 16;         // bytes looked at to find out what the file is
+constexpr std::size_t kBlock = std::size_t{1} << 23;        // bytes parsed at once
+constexpr std::size_t kRecordBlock = std::size_t{1} << 21;  // ... of records, that all stays in the cache
+constexpr Index kRows = 4096;                               // of records, by one task
+constexpr std::size_t kChunk = std::size_t{1} << 18;        // ... by one task
+constexpr Index kKeptRows = 100000;                         // handed out at once
 constexpr int kSampleLines = 50;
 constexpr std::size_t kShown = 40;  // characters of a line that a message shows
 
@@ -286,7 +290,7 @@ void PointFile::forEachBinaryBlock(const std::function<void(const Net&)>& visit)
   std::ifstream in(path_, std::ios::binary);
   if (!in) throw InvalidInput(fmt::format("cannot read '{}': check the name and the permissions", path_.string()));
   in.seekg(static_cast<std::streamoff>(headBytes_));
-  const auto perBlock = static_cast<Index>(std::max<std::size_t>(kBlock / cloud_->record, 1));
+  const auto perBlock = static_cast<Index>(std::max<std::size_t>(kRecordBlock / cloud_->record, 1));
   std::vector<char> buffer(static_cast<std::size_t>(perBlock) * cloud_->record);
   for (Index begin = 0; begin < cloud_->count;) {
     const Index count = std::min(perBlock, cloud_->count - begin);
@@ -297,14 +301,17 @@ void PointFile::forEachBinaryBlock(const std::function<void(const Net&)>& visit)
           tooShort(path_, begin + static_cast<Index>(in.gcount()) / static_cast<Index>(cloud_->record), cloud_->count));
     }
     Net block(count, columns_);
-    tbb::parallel_for(Index{0}, count, [&](Index r) {
-      const char* record = buffer.data() + static_cast<std::size_t>(r) * cloud_->record;
-      for (Index c = 0; c < columns_; ++c) {
-        block(r, c) = cloudNumber(cloud_->fields[static_cast<std::size_t>(c)], record, cloud_->bigEndian);
-      }
+    std::atomic<bool> finite = true;
+    tbb::parallel_for(tbb::blocked_range<Index>(0, count, kRows), [&](const tbb::blocked_range<Index>& part) {
+      cloudNumbers(*cloud_, buffer.data() + static_cast<std::size_t>(part.begin()) * cloud_->record,
+                   static_cast<Index>(part.size()), &block(part.begin(), 0));
+      if (!block.middleRows(part.begin(), static_cast<Index>(part.size())).allFinite()) finite = false;
     });
-    const Net points = finiteRows(block);
-    if (points.rows() > 0) visit(points);
+    if (finite) {
+      visit(block);
+    } else if (const Net points = finiteRows(block); points.rows() > 0) {
+      visit(points);
+    }
     begin += count;
   }
 }
