@@ -1,12 +1,14 @@
-// strak convert: another format, a higher degree, Bezier pieces, fewer spans.
+// strak convert: another format, a higher degree, Bezier pieces, fewer spans, uniform knots.
 
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 
 #include "apps/cli/commands.h"
 #include "apps/cli/console.h"
 #include "apps/cli/json.h"
+#include "apps/cli/other_form.h"
 #include "apps/cli/rebuild_model.h"
 #include "apps/cli/values.h"
 #include "strak/base/error.h"
@@ -20,8 +22,8 @@ namespace strak::cli {
 namespace {
 
 struct ConvertArguments {
-  std::string input, output, elevate, rebuild, tolerance, analytic;
-  bool toBezier = false, json = false;
+  std::string input, output, elevate, rebuild, uniform, nonuniform, tolerance, mostPoints, analytic;
+  bool toBezier = false, uniformCubic = false, json = false;
   std::string commandLine;
 };
 
@@ -88,12 +90,45 @@ void convertAnalytic(Model& model, const std::string& faces) {
   }
 }
 
+// What --uniform, --uniform-cubic or --nonuniform ask for, if one is there.
+std::optional<ConversionOptions> formOf(const ConvertArguments& arguments) {
+  const int wishes = (arguments.uniform.empty() ? 0 : 1) + (arguments.uniformCubic ? 1 : 0) +
+                     (arguments.nonuniform.empty() ? 0 : 1) + (arguments.rebuild.empty() ? 0 : 1);
+  if (wishes > 1) {
+    throw InvalidInput("--uniform, --uniform-cubic, --nonuniform and --rebuild make different knots: give one of them");
+  }
+  constexpr Index kTooHigh = 1000;  // the library names the limit
+  ConversionOptions options;
+  if (!arguments.mostPoints.empty()) options.mostPoints = wholeNumber("--most-points", arguments.mostPoints, 1);
+  if (!arguments.nonuniform.empty()) {
+    options.spacing = KnotSpacing::adapted;
+    options.degree = static_cast<int>(wholeNumber("--nonuniform", arguments.nonuniform, 1, kTooHigh));
+  } else if (!arguments.uniform.empty()) {
+    options.degree = static_cast<int>(wholeNumber("--uniform", arguments.uniform, 1, kTooHigh));
+  } else if (!arguments.uniformCubic) {
+    if (!arguments.mostPoints.empty()) throw InvalidInput("--most-points is for --uniform and --nonuniform");
+    return std::nullopt;
+  }
+  return options;
+}
+
+void takeOver(const ConvertedObject& object, Json& entry) {
+  entry["left_alone"] = object.leftAlone.empty() ? Json() : Json(object.leftAlone);
+  if (!object.leftAlone.empty()) return;
+  entry["unchanged"] = object.unchanged;
+  entry["deviation"] = {{"lower", object.lower}, {"certified", object.certified}};
+  entry["sides"] = object.sides;
+  entry["points_before"] = object.pointsBefore;
+  entry["creases"] = object.creases;
+}
+
 void convert(const ConvertArguments& arguments) {
   const Stopwatch watch;
   requireWritable(arguments.output);
   fileKindOfEnding(arguments.output);
-  if (!arguments.tolerance.empty() && arguments.rebuild.empty()) {
-    throw InvalidInput("--tolerance is for --rebuild: everything else is exact");
+  const auto form = formOf(arguments);
+  if (!arguments.tolerance.empty() && arguments.rebuild.empty() && !form) {
+    throw InvalidInput("--tolerance is for --rebuild, --uniform and --nonuniform: everything else is exact");
   }
   auto model = readModel(arguments.input);
   const std::string format = model->format();
@@ -105,11 +140,14 @@ void convert(const ConvertArguments& arguments) {
     model = std::move(result.model);
     rebuilt = std::move(result.objects);
   }
+  ConvertedModel converted;
+  if (form) converted = convertForm(*model, *form, arguments.tolerance);
   model->write(arguments.output);
   if (!arguments.json) {
     for (const RebuiltObject& object : rebuilt) {
       fmt::print("{}: certified deviation at most {}\n", object.name, number(object.certified));
     }
+    if (form) fmt::print("{}", describe(converted, model->unit()));
     fmt::print("wrote {} ({} objects)\n", arguments.output, model->objects().size());
     return;
   }
@@ -122,6 +160,7 @@ void convert(const ConvertArguments& arguments) {
     const Object& object = model->objects()[i];
     Json entry{{"name", object.name}, {"kind", object.kind}};
     if (!rebuilt.empty()) entry["deviation"] = {{"lower", rebuilt[i].lower}, {"certified", rebuilt[i].certified}};
+    if (form) takeOver(converted.objects[i], entry);
     if (object.spline) {
       std::visit(
           [&]<int D>(const Spline<D>& spline) {
@@ -131,6 +170,9 @@ void convert(const ConvertArguments& arguments) {
           *object.spline);
     }
     json["objects"].push_back(std::move(entry));
+  }
+  if (form && !converted.after.edges.empty()) {
+    json["edges"] = {{"gap_before", converted.before.largestGap}, {"gap", converted.after.largestGap}};
   }
   json["seconds"] = watch.seconds();
   printJson(json);
@@ -151,9 +193,17 @@ void addConvert(CLI::App& program, const std::string& commandLine) {
   command->add_option("--rebuild", arguments->rebuild,
                       "DEGREE,SPANS: the best approximation of that degree on so many uniform spans (or DU,DV,SU,SV), "
                       "after --elevate and --to-bezier; says the certified deviation; only the splines are written");
+  command->add_flag("--uniform-cubic", arguments->uniformCubic, "The same as --uniform 3");
+  command->add_option("--uniform", arguments->uniform,
+                      "DEGREE: splines of that degree on uniform knots, without weights, faces with their trims; as "
+                      "many spans as the tolerance needs; says the certified deviation");
+  command->add_option("--nonuniform", arguments->nonuniform,
+                      "DEGREE: the same on the knots of the file, with its creases, and spans halved where needed");
   command->add_option("--tolerance", arguments->tolerance,
-                      "With --rebuild: write nothing if a deviation may be larger; a length, or a part of the size "
-                      "(0.0001size)");
+                      "With --rebuild, --uniform and --nonuniform: write nothing if a deviation may be larger; a "
+                      "length, or a part of the size (0.0001size)");
+  command->add_option("--most-points", arguments->mostPoints,
+                      "With --uniform and --nonuniform: at most so many control points a spline; default: 200000");
   command->add_option(
       "--analytic-to-bspline", arguments->analytic,
       "Make these planes, cylinders, cones, ... B-splines, edges as they are: numbers, ranges and names");

@@ -7,6 +7,7 @@
 
 #include "strak/base/error.h"
 #include "strak/spline/basis.h"
+#include "strak/spline/evaluate.h"
 #include "strak/spline/knot_insertion.h"
 #include "strak/spline/net_product.h"
 
@@ -77,6 +78,48 @@ Sparse mixedGram(const KnotVector& a, const KnotVector& b) {
   return gram;
 }
 
+Samples samplesBetween(const KnotVector& a, const KnotVector& b, int perCell) {
+  const std::vector<double> breaks = commonBreaks(a, b);
+  const GaussRule rule = gaussLegendre(perCell);
+  Samples samples{{a.from()}, {0}};
+  for (std::size_t s = 0; s + 1 < breaks.size(); ++s) {
+    const double half = (breaks[s + 1] - breaks[s]) / 2;
+    for (std::size_t g = 0; g < rule.nodes.size(); ++g) {
+      samples.places.push_back(breaks[s] + half * (1 + rule.nodes[g]));
+      samples.weights.push_back(half * rule.weights[g]);
+    }
+  }
+  samples.places.push_back(a.to());
+  samples.weights.push_back(0);
+  return samples;
+}
+
+Sparse basisMatrix(const KnotVector& knots, const std::vector<double>& parameters) {
+  const int p = knots.degree();
+  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<double> values(static_cast<std::size_t>(p) + 1);
+  for (std::size_t r = 0; r < parameters.size(); ++r) {
+    const Index span = knots.findSpan(parameters[r]);
+    basisDerivatives(knots, span, parameters[r], 0, values.data());
+    for (int j = 0; j <= p; ++j) {
+      entries.emplace_back(static_cast<Index>(r), span - p + j, values[static_cast<std::size_t>(j)]);
+    }
+  }
+  Sparse matrix(static_cast<Index>(parameters.size()), knots.size());
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+Projection::Projection(const Samples& samples, const KnotVector& to) {
+  if (!to.isClamped() || to.size() < 2) throw InvalidInput("a projection needs clamped knots of degree 1 or more");
+  const auto weights =
+      Eigen::Map<const Eigen::VectorXd>(samples.weights.data(), static_cast<Index>(samples.weights.size()));
+  mixed_ = Sparse(basisMatrix(to, samples.places).transpose()) * weights.asDiagonal();
+  gram_ = mixedGram(to, to);
+  low_ = high_ = Eigen::MatrixXd::Ones(1, 1);
+  factor(to);
+}
+
 Projection::Projection(const KnotVector& from, const KnotVector& to, KeptEnds ends) {
   if (!from.isClamped() || !to.isClamped() || from.from() != to.from() || from.to() != to.to()) {
     throw InvalidInput("a projection needs clamped knots on one domain: clamp both first");
@@ -91,7 +134,11 @@ Projection::Projection(const KnotVector& from, const KnotVector& to, KeptEnds en
   gram_ = mixedGram(to, to);
   low_ = keptEnd(from, to, false, low);
   high_ = keptEnd(from, to, true, high);
-  const Index free = to.size() - low - high;
+  factor(to);
+}
+
+void Projection::factor(const KnotVector& to) {
+  const Index low = low_.rows(), free = to.size() - low - high_.rows();
   if (free == 0) return;
   Sparse inner = gram_.block(low, low, free, free);
   scale_ = inner.diagonal().cwiseSqrt().cwiseInverse();
@@ -137,6 +184,48 @@ Spline<D> projectOnto(const Spline<D>& spline, const typename Spline<D>::Knots& 
   }
   return {knots, std::move(net), spline.isRational()};
 }
+
+template <int D>
+Spline<D> polynomialOnto(const Spline<D>& spline, const typename Spline<D>::Knots& knots) {
+  // Seen from the middle of the points, so that it does not matter where the model lies.
+  const Point middle = spline.euclideanNet().colwise().mean();
+  const auto back = [&](Net net) -> Spline<D> {
+    net.rowwise() += middle;
+    return {knots, std::move(net)};
+  };
+  if (!spline.isRational()) {
+    std::array<KeptEnds, static_cast<std::size_t>(D)> ends;
+    ends.fill({1, 1});
+    return back(projectOnto<D>({spline.knots(), Net(spline.net().rowwise() - middle)}, knots, ends).net());
+  }
+  constexpr double kMostValues = 1e7;
+  std::array<Samples, static_cast<std::size_t>(D)> samples;
+  typename Spline<D>::Grid grid;
+  typename Spline<D>::Sizes sizes;
+  double values = 1;
+  for (std::size_t k = 0; k < D; ++k) {
+    const KnotVector& from = spline.knots()[k];
+    samples[k] = samplesBetween(from, knots[k], (from.degree() + knots[k].degree()) / 2 + 3);
+    grid[k] = samples[k].places;
+    sizes[k] = static_cast<Index>(grid[k].size());
+    values *= static_cast<double>(sizes[k]);
+  }
+  if (values > kMostValues) {
+    throw InvalidInput("a rational spline of this size cannot be approximated in one piece: cut it into parts");
+  }
+  Net net = derivativesOnGrid(spline, grid, 0).rowwise() - middle;
+  for (std::size_t k = 0; k < D; ++k) {
+    const Projection projection(samples[k], knots[k]);
+    net = mapLines<D>(net, sizes, static_cast<int>(k), projection.toSize(),
+                      [&](const auto& lines) { return projection.apply(lines); });
+    sizes[k] = projection.toSize();
+  }
+  return back(std::move(net));
+}
+
+template Spline<1> polynomialOnto(const Spline<1>&, const Spline<1>::Knots&);
+template Spline<2> polynomialOnto(const Spline<2>&, const Spline<2>::Knots&);
+template Spline<3> polynomialOnto(const Spline<3>&, const Spline<3>::Knots&);
 
 template Spline<1> projectOnto(const Spline<1>&, const Spline<1>::Knots&, const std::array<KeptEnds, 1>&);
 template Spline<2> projectOnto(const Spline<2>&, const Spline<2>::Knots&, const std::array<KeptEnds, 2>&);

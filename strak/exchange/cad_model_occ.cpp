@@ -1,7 +1,4 @@
 #include <BRepBndLib.hxx>
-#include <BRepBuilderAPI_MakeEdge.hxx>
-#include <BRepBuilderAPI_MakeFace.hxx>
-#include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
 #include <Bnd_Box.hxx>
 #include <Geom_OffsetSurface.hxx>
@@ -9,14 +6,9 @@
 #include <Message_Messenger.hxx>
 #include <Precision.hxx>
 #include <Standard_Failure.hxx>
-#include <TCollection_AsciiString.hxx>
-#include <TDF_LabelSequence.hxx>
-#include <TDataStd_Name.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopTools_MapOfShape.hxx>
 #include <TopoDS.hxx>
-#include <XCAFDoc_DocumentTool.hxx>
-#include <XCAFDoc_ShapeTool.hxx>
 
 #include <fmt/format.h>
 
@@ -31,14 +23,17 @@
 #include "strak/exchange/cad.h"
 #include "strak/exchange/cad_file_occ.h"
 #include "strak/exchange/cad_geometry_occ.h"
+#include "strak/exchange/cad_names_occ.h"
 #include "strak/exchange/convert_analytic_occ.h"
 #include "strak/exchange/face_border_occ.h"
 #include "strak/exchange/following_edges_occ.h"
+#include "strak/exchange/other_form_occ.h"
 #include "strak/exchange/periodic_occ.h"
 #include "strak/exchange/replaceable.h"
 #include "strak/exchange/shared_edges_occ.h"
 #include "strak/exchange/shared_geometry_occ.h"
 #include "strak/exchange/signal_guard_occ.h"
+#include "strak/exchange/write_splines_occ.h"
 #include "strak/spline/evaluate.h"
 
 namespace strak::cad {
@@ -47,43 +42,6 @@ namespace {
 constexpr double kSamePlace = 1e-6;   // of the model's size: unsewn edges this near are the same
 constexpr double kHeldEnd = 1e-9;     // of the curve's size: the ends of a free edge must stay this near
 constexpr double kConverted = 1e-10;  // of the model's size: what a converted face may differ by
-
-// A name from the file, empty for one that Open CASCADE made up.
-std::string nameOf(const TDF_Label& label) {
-  Handle(TDataStd_Name) name;
-  if (!label.FindAttribute(TDataStd_Name::GetID(), name)) return "";
-  const std::string text = TCollection_AsciiString(name->Get()).ToCString();
-  static const std::set<std::string> madeUp{"FACE", "EDGE", "WIRE", "SHELL", "SOLID", "COMPSOLID", "COMPOUND"};
-  return madeUp.count(text) != 0 || text.starts_with("Open CASCADE") ? "" : text;
-}
-
-// The names that the file gives to its faces and edges; one that is all of its part goes by the part's.
-std::map<const TopoDS_TShape*, std::string> namesOf(const CadFile& file) {
-  std::map<const TopoDS_TShape*, std::string> names, partNames;
-  const auto note = [&](const TDF_Label& label) {
-    const std::string name = nameOf(label);
-    const TopoDS_Shape shape = XCAFDoc_ShapeTool::GetShape(label);
-    if (shape.IsNull() || name.empty()) return;
-    if (shape.ShapeType() == TopAbs_FACE || shape.ShapeType() == TopAbs_EDGE) {
-      names[shape.TShape().get()] = name;
-      return;
-    }
-    std::vector<TopoDS_Shape> parts = partsOf(shape, TopAbs_FACE);
-    if (parts.empty()) parts = partsOf(shape, TopAbs_EDGE);
-    if (parts.size() == 1) partNames[parts.front().TShape().get()] = name;
-  };
-  const Handle(XCAFDoc_ShapeTool) tool = XCAFDoc_DocumentTool::ShapeTool(file.document->Main());
-  TDF_LabelSequence labels;
-  tool->GetShapes(labels);
-  for (const TDF_Label& label : labels) {
-    note(label);
-    TDF_LabelSequence parts;
-    XCAFDoc_ShapeTool::GetSubShapes(label, parts);
-    for (const TDF_Label& part : parts) note(part);
-  }
-  names.merge(partNames);
-  return names;
-}
 
 std::string why(const std::string& kind) { return fmt::format("a {} is not a B-spline", kind); }
 
@@ -150,6 +108,17 @@ class CadModel : public Model {
       for (auto old = before.rbegin(); old != before.rend(); ++old) replace(old->first, old->second);
       throw;
     }
+  }
+
+  std::vector<std::string> replaceForms(const std::vector<std::pair<Index, AnySpline>>& splines) override {
+    std::vector<std::string> refused;
+    for (const auto& [index, spline] : splines) {
+      requireIndex(index, objects_);
+      requireSameDomain(objects_[static_cast<std::size_t>(index)], spline);
+    }
+    for (const auto& [index, spline] : splines) refused.push_back(replaceForm(static_cast<std::size_t>(index), spline));
+    followingEdges_ = FollowingEdges(file_.shape, size_ * file_.unit.millimetres);
+    return refused;
   }
 
   using Model::sharedEdges;
@@ -235,11 +204,7 @@ class CadModel : public Model {
     Handle(Geom_BSplineSurface) next;
     const std::string refused = convertFaces(faces, kConverted * size_ * file_.unit.millimetres, next);
     if (!refused.empty()) return refused;
-    SharedSurface& shared = surfaces_[next.get()];
-    shared.live = next;
-    shared.original = copyAsSpline(next);
-    shared.unitLength = length;
-    shared.faces = all;
+    surfaces_[next.get()] = {next, copyAsSpline(next), all, length, {}};
     for (std::size_t i : group) {
       objects_[i].kind = kindOf(Handle(Geom_Surface)(next));
       objects_[i].leftAlone.clear();
@@ -249,6 +214,49 @@ class CadModel : public Model {
       for (std::size_t j : group) {
         if (j != i) objects_[i].sharedWith.push_back(static_cast<Index>(j));
       }
+    }
+    return "";
+  }
+
+  // Why it was refused, or empty.
+  std::string replaceForm(std::size_t at, const AnySpline& spline) {
+    const Standard_Transient* next = nullptr;
+    std::string kind;
+    try {
+      if (const auto* surface = std::get_if<Surface>(&spline)) {
+        SharedSurface shared = surfaces_.at(keys_[at]);
+        const Handle(Geom_BSplineSurface) made = fromSpline(*surface, shared.unitLength);
+        if (std::string refused = layForm(shared.faces, made); !refused.empty()) return refused;
+        shared.live = made;
+        shared.original = copyAsSpline(made);
+        kind = kindOf(Handle(Geom_Surface)(made));
+        next = made.get();
+        surfaces_.erase(keys_[at]);
+        surfaces_[next] = std::move(shared);
+      } else {
+        requireHeldEnds(objects_[at].name, std::get<Curve>(*original_[at]), std::get<Curve>(spline));
+        SharedCurve shared = curves_.at(keys_[at]);
+        const Handle(Geom_BSplineCurve) made = fromSpline(std::get<Curve>(spline), shared.unitLength);
+        layForm(shared.edges, made);
+        shared.live = made;
+        shared.original = copyAsSpline(made);
+        kind = kindOf(Handle(Geom_Curve)(made));
+        next = made.get();
+        curves_.erase(keys_[at]);
+        curves_[next] = std::move(shared);
+      }
+    } catch (const InvalidInput& error) {
+      return error.what();
+    } catch (const Standard_Failure& failure) {
+      return fmt::format("Open CASCADE gives up ({})", failure.GetMessageString());
+    }
+    std::vector<Index> changed = objects_[at].sharedWith;
+    changed.push_back(static_cast<Index>(at));
+    for (Index i : changed) {
+      const auto object = static_cast<std::size_t>(i);
+      objects_[object].spline = original_[object] = spline;
+      objects_[object].kind = kind;
+      keys_[object] = next;
     }
     return "";
   }
@@ -426,14 +434,6 @@ class CadModel : public Model {
   FollowingEdges followingEdges_;
 };
 
-TopoDS_Shape shapeOf(const AnySpline& spline, double unitLength) {
-  if (const auto* surface = std::get_if<Surface>(&spline)) {
-    return BRepBuilderAPI_MakeFace(fromSpline(*surface, unitLength), Precision::Confusion());
-  }
-  if (const auto* curve = std::get_if<Curve>(&spline)) return BRepBuilderAPI_MakeEdge(fromSpline(*curve, unitLength));
-  throw InvalidInput("CAD files hold curves and surfaces, no volumes: write .g2 or .json");
-}
-
 std::unique_ptr<Model> readCadModel(const std::filesystem::path& path, FileKind kind) {
   CadFile file = readCadFile(path, kind);
   std::unique_ptr<Model> model;
@@ -447,35 +447,6 @@ std::unique_ptr<Model> readCadModel(const std::filesystem::path& path, FileKind 
         fmt::format("'{}' cannot be read: Open CASCADE gives up ({})", path.string(), failure.GetMessageString()));
   }
   throw InvalidInput(fmt::format("'{}' cannot be read: it is damaged, its references lead nowhere", path.string()));
-}
-
-void writeCadSplines(const std::filesystem::path& path, FileKind kind, const std::vector<PlainObject>& objects,
-                     const std::string& unit) {
-  CadFile file;
-  file.kind = kind;
-  file.unit = unitNamed(unit);
-  try {
-    {
-      const std::lock_guard lock(readerMutex());
-      file.document = newDocument();
-    }
-    BRep_Builder builder;
-    builder.MakeCompound(file.shape);
-    const Handle(XCAFDoc_ShapeTool) tool = XCAFDoc_DocumentTool::ShapeTool(file.document->Main());
-    for (const PlainObject& object : objects) {
-      if (!object.spline) continue;
-      const TopoDS_Shape shape = shapeOf(*object.spline, file.unit.millimetres);
-      builder.Add(file.shape, shape);
-      const TDF_Label label = tool->AddShape(shape, false);
-      if (!object.name.empty()) {
-        TDataStd_Name::Set(label, TCollection_ExtendedString(object.name.c_str(), true));
-      }
-    }
-  } catch (const Standard_Failure& failure) {
-    throw InvalidInput(
-        fmt::format("'{}': Open CASCADE cannot hold these splines ({})", path.string(), failure.GetMessageString()));
-  }
-  writeCadFile(file, path, kind);
 }
 
 }  // namespace

@@ -34,6 +34,14 @@ class DigitisedModel : public Model {
   void replaceTogether(const std::vector<std::pair<Index, AnySpline>>& splines) override {
     if (!splines.empty()) throw InvalidInput("a digitised curve has no faces that could be changed together");
   }
+  std::vector<std::string> replaceForms(const std::vector<std::pair<Index, AnySpline>>& splines) override {
+    for (const auto& [index, spline] : splines) {
+      requireIndex(index, objects_);
+      requireSameDomain(objects_[0], spline);
+      objects_[0].spline = asRead_ = spline;
+    }
+    return std::vector<std::string>(splines.size());
+  }
   std::vector<SharedEdge> sharedEdges(double) const override { return {}; }
 
   Audit audit() const override { return {}; }

@@ -80,6 +80,19 @@ class PlainModel : public Model {
     for (const auto& [index, spline] : splines) replace(index, spline);
   }
 
+  std::vector<std::string> replaceForms(const std::vector<std::pair<Index, AnySpline>>& splines) override {
+    for (const auto& [index, spline] : splines) {
+      requireIndex(index, objects_);
+      requireSameDomain(objects_[static_cast<std::size_t>(index)], spline);
+    }
+    for (const auto& [index, spline] : splines) {
+      const auto i = static_cast<std::size_t>(index);
+      objects_[i].spline = content_[i].spline = spline;
+      objects_[i].kind = kindOf(spline);
+    }
+    return std::vector<std::string>(splines.size());
+  }
+
   using Model::sharedEdges;
   std::vector<SharedEdge> sharedEdges(double within) const override {
     const double tolerance = std::max(kSamePlace * size(), within);

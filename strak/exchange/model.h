@@ -94,6 +94,13 @@ class Model {
   // the model's size (a face that is not named does not move). Not for the curves of a file.
   virtual void replaceTogether(const std::vector<std::pair<Index, AnySpline>>& splines) = 0;
 
+  // Puts splines of another form (degree, knots, weights) in the places of objects', with the same domains and nearly
+  // the same shapes. Edges stay where they are; the tolerances of those that then lie farther from a face than these
+  // say are raised to the distance. Objects in sharedWith change too. Returns for each why it was refused (a clause:
+  // the kernel's checker accepts the face no longer), empty where it was not. From then on this is the spline as it was
+  // read. Throws InvalidInput, and changes nothing, for an object left alone, and another domain or dimension.
+  virtual std::vector<std::string> replaceForms(const std::vector<std::pair<Index, AnySpline>>& splines) = 0;
+
   // All edges between a spline face and another face, in a fixed order, of the model as it is now. Faces with edges of
   // their own (IGES, .g2, JSON) meet where these coincide from end to end, within the largest of the file's tolerance
   // there, 1e-6 of the size and `within`.

@@ -36,6 +36,16 @@ void requireSameForm(const std::string& name, const Spline<D>& original, const S
   }
 }
 
+void requireKind(const Object& object, const std::optional<AnySpline>& original, const AnySpline& next) {
+  if (!object.leftAlone.empty() || !original) {
+    throw InvalidInput(fmt::format("{} cannot be changed: {}", object.name,
+                                   object.leftAlone.empty() ? "it is not a spline" : object.leftAlone));
+  }
+  if (original->index() != next.index()) {
+    throw InvalidInput(fmt::format("{}: a curve, surface or volume can only be replaced by another one", object.name));
+  }
+}
+
 }  // namespace
 
 void requireIndex(Index index, const std::vector<Object>& objects) {
@@ -44,14 +54,25 @@ void requireIndex(Index index, const std::vector<Object>& objects) {
   }
 }
 
+void requireSameDomain(const Object& object, const AnySpline& next) {
+  requireKind(object, object.spline, next);
+  std::visit(
+      [&]<int D>(const Spline<D>& old) {
+        const auto& other = std::get<Spline<D>>(next);
+        bool same = old.pointDimension() == other.pointDimension();
+        for (int k = 0; k < D; ++k) {
+          same = same && old.knots(k).from() == other.knots(k).from() && old.knots(k).to() == other.knots(k).to();
+        }
+        if (!same) {
+          throw InvalidInput(
+              fmt::format("{}: the new spline must have the same domain and as many coordinates", object.name));
+        }
+      },
+      *object.spline);
+}
+
 void requireReplaceable(const Object& object, const std::optional<AnySpline>& original, const AnySpline& next) {
-  if (!object.leftAlone.empty() || !original) {
-    throw InvalidInput(fmt::format("{} cannot be changed: {}", object.name,
-                                   object.leftAlone.empty() ? "it is not a spline" : object.leftAlone));
-  }
-  if (original->index() != next.index()) {
-    throw InvalidInput(fmt::format("{}: a curve, surface or volume can only be replaced by another one", object.name));
-  }
+  requireKind(object, original, next);
   std::visit([&]<int D>(const Spline<D>& old) { requireSameForm(object.name, old, std::get<Spline<D>>(next)); },
              *original);
 }

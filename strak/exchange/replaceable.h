@@ -15,4 +15,7 @@ void requireIndex(Index index, const std::vector<Object>& objects);
 // `original` (the spline that the file has); where the ends are not clamped also its knots among its own.
 void requireReplaceable(const Object& object, const std::optional<AnySpline>& original, const AnySpline& next);
 
+// Throws InvalidInput unless `object` may be changed and `next` has the kind, dimension and domain of its spline.
+void requireSameDomain(const Object& object, const AnySpline& next);
+
 }  // namespace strak

@@ -10,7 +10,6 @@
 
 #include "strak/base/error.h"
 #include "strak/energy/projection.h"
-#include "strak/spline/basis.h"
 #include "strak/spline/evaluate.h"
 #include "strak/spline/net_product.h"
 #include "strak/spline/reparametrize.h"
@@ -47,43 +46,6 @@ Net multiplyAll(const std::array<Sparse, static_cast<std::size_t>(D)>& matrices,
     sizes[k] = matrices[k].rows();
   }
   return net;
-}
-
-// Row r: all functions at parameter r.
-Sparse basisMatrix(const KnotVector& knots, const std::vector<double>& parameters) {
-  const int p = knots.degree();
-  std::vector<Eigen::Triplet<double>> entries;
-  std::vector<double> values(static_cast<std::size_t>(p) + 1);
-  for (std::size_t r = 0; r < parameters.size(); ++r) {
-    const Index span = knots.findSpan(parameters[r]);
-    basisDerivatives(knots, span, parameters[r], 0, values.data());
-    for (int j = 0; j <= p; ++j) {
-      entries.emplace_back(static_cast<Index>(r), span - p + j, values[static_cast<std::size_t>(j)]);
-    }
-  }
-  Sparse matrix(static_cast<Index>(parameters.size()), knots.size());
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
-}
-
-// Gauss nodes and weights between all breaks of both knot vectors.
-GaussRule ruleBetween(const KnotVector& a, const KnotVector& b, int count) {
-  std::vector<double> breaks{a.from(), a.to()};
-  for (const auto* knots : {&a, &b}) {
-    for (const auto& inner : knots->innerKnots()) breaks.push_back(inner.value);
-  }
-  std::sort(breaks.begin(), breaks.end());
-  const GaussRule unit = gaussLegendre(count);
-  GaussRule rule;
-  for (std::size_t s = 0; s + 1 < breaks.size(); ++s) {
-    const double half = (breaks[s + 1] - breaks[s]) / 2;
-    if (!(half > 0)) continue;
-    for (std::size_t g = 0; g < unit.nodes.size(); ++g) {
-      rule.nodes.push_back(breaks[s] + half * (1 + unit.nodes[g]));
-      rule.weights.push_back(half * unit.weights[g]);
-    }
-  }
-  return rule;
 }
 
 // Places to look at the deviation: in every span those of the Chebyshev polynomials, denser to its ends as the extrema
@@ -126,13 +88,13 @@ class InnerFit {
         continue;
       }
       const int degree = source_.knots()[k].degree();
-      const GaussRule rule = ruleBetween(source_.knots()[k], knots_[k], (knots_[k].degree() + degree) / 2 + 3);
+      const Samples samples = samplesBetween(source_.knots()[k], knots_[k], (knots_[k].degree() + degree) / 2 + 3);
       const auto weights =
-          Eigen::Map<const Eigen::VectorXd>(rule.weights.data(), static_cast<Index>(rule.weights.size()));
-      const Sparse basis = basisMatrix(knots_[k], rule.nodes).transpose();
+          Eigen::Map<const Eigen::VectorXd>(samples.weights.data(), static_cast<Index>(samples.weights.size()));
+      const Sparse basis = basisMatrix(knots_[k], samples.places).transpose();
       fromSource[k] = Sparse(basis * weights.asDiagonal()).middleRows(1, inner_[k]);
-      grid[k] = rule.nodes;
-      dataSizes[k] = static_cast<Index>(rule.nodes.size());
+      grid[k] = samples.places;
+      dataSizes[k] = static_cast<Index>(samples.places.size());
     }
     if (source_.isRational()) {
       if (product<D>(dataSizes) > kMostPoints) {

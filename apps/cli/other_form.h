@@ -1,0 +1,37 @@
+#pragma once
+//
+// strak convert --uniform, --uniform-cubic, --nonuniform: the splines of a file in another form, in their places.
+
+#include <string>
+#include <vector>
+
+#include "strak/exchange/model.h"
+#include "strak/fairing/conversion.h"
+
+namespace strak::cli {
+
+// What became of one object.
+struct ConvertedObject {
+  std::string name;
+  std::string leftAlone;  // why it stays as it is (a clause); the rest is only set if it does not
+  bool unchanged = false;
+  double lower = 0, certified = 0;
+  std::vector<double> sides;  // certified deviation of every side alone
+  std::vector<Index> pointsBefore, points;
+  std::vector<std::string> creases;
+};
+
+struct ConvertedModel {
+  std::vector<ConvertedObject> objects;  // in the model's order
+  Audit before, after;
+};
+
+// Converts all splines that can be changed, faces with their trims. `options.tolerance` is not looked at but
+// `tolerance`, a length as in lengthOf() or empty. Throws InvalidInput for a file without splines; Failure if the
+// tolerance is not reached and if the kernel's checker no longer accepts the model: then it is not to be written.
+ConvertedModel convertForm(Model& model, ConversionOptions options, const std::string& tolerance);
+
+// A table for people.
+std::string describe(const ConvertedModel& result, const std::string& unit);
+
+}  // namespace strak::cli
