@@ -24,6 +24,7 @@ constexpr double kFirstShare = 0.7;  // of the tolerance for the lines of one di
 constexpr int kLines = 33;           // at most so many lines are looked at, in every other direction
 constexpr int kLinesOfVolumes = 9;
 constexpr int kMostRounds = 40;
+constexpr double kLonger = 1.5;
 
 // Equal spans between single knots; ends as they like, but not with other steps.
 bool isUniform(const KnotVector& knots) {
@@ -78,12 +79,29 @@ KnotVector adaptedKnots(const KnotVector& knots, int degree) {
   return {degree, std::move(result)};
 }
 
-// With halves of the spans, ascending, whose error is too large.
+// With halves of the spans, ascending, whose error is too large. So are those beside a halved one that are longer: what
+// a long span does to the point at its end, no short neighbour can mend.
 KnotVector halved(const KnotVector& knots, const std::vector<double>& errors, double tolerance) {
-  std::vector<double> result = knots.knots();
   const auto spans = knots.spans();
+  const auto length = [&](std::size_t s) { return knots[spans[s] + 1] - knots[spans[s]]; };
+  std::vector<std::size_t> open;
+  std::vector<char> marked(spans.size(), 0);
+  const auto mark = [&](std::size_t s) {
+    if (marked[s] == 0) open.push_back(s);
+    marked[s] = 1;
+  };
   for (std::size_t s = 0; s < spans.size(); ++s) {
-    if (errors[s] > tolerance) result.push_back(std::midpoint(knots[spans[s]], knots[spans[s] + 1]));
+    if (errors[s] > tolerance) mark(s);
+  }
+  while (!open.empty()) {
+    const std::size_t s = open.back();
+    open.pop_back();
+    if (s > 0 && length(s - 1) > kLonger * length(s)) mark(s - 1);
+    if (s + 1 < spans.size() && length(s + 1) > kLonger * length(s)) mark(s + 1);
+  }
+  std::vector<double> result = knots.knots();
+  for (std::size_t s = 0; s < spans.size(); ++s) {
+    if (marked[s] != 0) result.push_back(std::midpoint(knots[spans[s]], knots[spans[s] + 1]));
   }
   std::sort(result.begin(), result.end());
   return {knots.degree(), std::move(result)};

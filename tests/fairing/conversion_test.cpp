@@ -104,7 +104,7 @@ TEST(Conversion, FirstNumberOfSpans) {
 
 TEST(Conversion, AnySplineComesWithinTheTolerance) {
   Random random(330);
-  for (int trial = 0; trial < 12; ++trial) {
+  for (int trial = 0; trial < 30; ++trial) {
     const bool rational = trial % 3 == 2;
     const int degree = random.integer(2, 6), wished = random.integer(2, 5);
     const Surface surface = testing::randomSpline<2>(random,
