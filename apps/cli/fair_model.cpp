@@ -16,6 +16,7 @@
 #include "apps/cli/fair_curve.h"
 #include "apps/cli/fair_part.h"
 #include "apps/cli/model_editor.h"
+#include "apps/cli/values.h"
 #include "strak/base/error.h"
 #include "strak/fairing/data_dependent_fairing.h"
 #include "strak/fairing/exact_fairing.h"
@@ -50,22 +51,6 @@ std::vector<Job> jobsOf(const Model& model, const std::vector<Index>& selected) 
   // The longest first: then the last thread to end has little to do.
   std::stable_sort(jobs.begin(), jobs.end(), [](const Job& a, const Job& b) { return a.weight > b.weight; });
   return jobs;
-}
-
-template <int D>
-std::array<Index, 2 * D> rowsFor(const std::vector<Index>& rows) {
-  if (rows.size() == 1) return FairingPlanOptions<D>::allRows(rows.front());
-  std::array<Index, 2 * D> result{};
-  if (rows.size() != result.size()) {
-    throw InvalidInput(fmt::format("--hold gives {} numbers, but a {} has {} ends: give one number, or one an end",
-                                   rows.size(),
-                                   D == 1   ? "curve"
-                                   : D == 2 ? "surface"
-                                            : "volume",
-                                   result.size()));
-  }
-  std::copy(rows.begin(), rows.end(), result.begin());
-  return result;
 }
 
 bool sameBorder(const Object& a, const Object& b) { return a.trims == b.trims && a.naturalSide == b.naturalSide; }
@@ -110,7 +95,7 @@ template <int D>
 FairingPlan<D> planOf(const Model& model, const Job& job, const Spline<D>& spline, const QuadraticEnergy<D>& energy,
                       const FairModelOptions& options) {
   FairingPlanOptions<D> planOptions;
-  planOptions.rows = rowsFor<D>(options.holdRows);
+  planOptions.rows = rowsAtEnds<D>(options.holdRows);
   planOptions.energyOrder = energy.order();
   planOptions.refine = options.refine;
   if constexpr (D == 2) {
@@ -194,7 +179,7 @@ void fairSurfaceInSpace(const Model& model, const Job& job, const Surface& splin
     return;
   }
   PlanOptions planOptions;
-  planOptions.rows = rowsFor<2>(options.holdRows);
+  planOptions.rows = rowsAtEnds<2>(options.holdRows);
   planOptions.refine = options.refine;
   planOptions.rational = true;
   const FacePlan plan = planShared(model, job, spline, planOptions);
@@ -223,7 +208,7 @@ void fairOne(const Model& model, const Job& job, const Spline<D>& spline, const 
   constexpr double kRounding = 1e-12;  // of the energy
   if constexpr (D < 3) {
     const Object& object = objectAt(model, job.objects.front());
-    if (fairOtherwise(object, spline, rowsFor<D>(options.holdRows), options, progress, entry)) return;
+    if (fairOtherwise(object, spline, rowsAtEnds<D>(options.holdRows), options, progress, entry)) return;
   }
   if constexpr (D == 2) {
     if (options.energy == kExactEnergy || options.energy == kDataDependentEnergy) {
@@ -271,7 +256,7 @@ bool onlySidesOf(const Model& model, const Job& job) {
 
 template <int D>
 KnotRules<D> knotRules(const Model& model, const Job& job, const FairModelOptions& options, bool bordersMove) {
-  return {options.knots, options.fairing.tolerance, rowsFor<D>(options.holdRows),
+  return {options.knots, options.fairing.tolerance, rowsAtEnds<D>(options.holdRows),
           mayHaveNeighbours(model) && !bordersMove, onlySidesOf(model, job)};
 }
 

@@ -13,6 +13,7 @@
 #include "apps/cli/console.h"
 #include "apps/cli/fit_points.h"
 #include "apps/cli/fit_sheet.h"
+#include "apps/cli/fit_start.h"
 #include "apps/cli/interrupt.h"
 #include "apps/cli/json.h"
 #include "apps/cli/values.h"
@@ -36,8 +37,8 @@ constexpr std::size_t kShownCells = 5;  // with points outside, the worst ones; 
 
 struct FitArguments {
   std::string input, output, kind, degree = "3", size, domain, smoothing = "auto", noise, tolerance, share = "100",
-                                   energy, scale = "lengths", conditions, loss = "l2", correct, mostPoints = "40000",
-                                   memory = "512", threads;
+                                   energy, scale = "lengths", conditions, start, hold, loss = "l2", correct,
+                                   mostPoints = "40000", memory = "512", threads;
   bool json = false, quiet = false;
   std::string commandLine;
 };
@@ -113,6 +114,7 @@ Smoothing smoothingOf(const FitArguments& arguments) {
     return Smoothing::noise(positiveNumber("--noise", arguments.noise));
   }
   if (arguments.smoothing == "auto") return Smoothing::automatic();
+  if (arguments.smoothing == "reml") return Smoothing::likeliest();
   return Smoothing::fixed(positiveNumber("--smoothing", arguments.smoothing, true));
 }
 
@@ -225,7 +227,11 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
     throw InvalidInput(fmt::format("'{}' is too large to be kept in memory, as {} needs: thin the points out",
                                    arguments.input, rounds > 0 ? "--correct" : "--loss"));
   }
-  auto start = startKnots<D>(arguments, input, report.adaptive);
+  const auto given = startSpline<D>(arguments.start, columns);
+  if (given && report.adaptive) throw InvalidInput("--start gives the knots: leave --tolerance out");
+  if (given) holdBorder<D>(*given, arguments.hold, options.fit);
+  if (given && columns.parameters.empty()) parametersOn<D>(*given, input);
+  auto start = given ? given->knots() : startKnots<D>(arguments, input, report.adaptive);
   ProgressBar bar({1.0}, !arguments.json && !arguments.quiet, interrupted);
   options.fit.progress = bar.task(0);
   robust.fit = options.fit;
@@ -251,7 +257,7 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   };
   std::optional<DrawnCloud> drawn;
   if constexpr (D == 2) {
-    if (columns.parameters.empty() && rounds > 0) {
+    if (columns.parameters.empty() && rounds > 0 && !given) {
       if (!arguments.domain.empty()) {
         throw InvalidInput("--domain is for points with parameters: give them, or leave it out");
       }
@@ -414,7 +420,7 @@ void addFit(CLI::App& program, const std::string& commandLine) {
   command->add_option("--domain", arguments->domain, "U0,U1,V0,V1; default: the box of the points");
   command
       ->add_option("--smoothing", arguments->smoothing,
-                   "auto (cross validation), or the weight of the energy against the mean squared error")
+                   "auto (cross validation), reml (restricted likelihood), or the weight of the energy")
       ->capture_default_str();
   command->add_option("--noise", arguments->noise,
                       "The standard deviation of a coordinate's error: smooth until the errors have it");
@@ -440,6 +446,11 @@ void addFit(CLI::App& program, const std::string& commandLine) {
                    "lengths, domain or unit")
       ->capture_default_str();
   command->add_option("--conditions", arguments->conditions, "File of points that the result passes through exactly");
+  CLI::Option* start = command->add_option(
+      "--start", arguments->start, "File with a spline whose knots the fit takes, and whose border it keeps (--hold)");
+  for (const char* other : {"--size", "--degree", "--domain"}) start->excludes(other);
+  command->add_option("--hold", arguments->hold, "Rows of --start that stay: g0 (default), g1, g2, N, or one an end")
+      ->needs(start);
   command
       ->add_option("--memory", arguments->memory,
                    "Files of more megabytes are read again whenever their points are needed, block by block")

@@ -137,6 +137,29 @@ std::vector<Index> holdRows(const std::string& text) {
   return rows;
 }
 
+template <int D>
+std::array<Index, 2 * static_cast<std::size_t>(D)> rowsAtEnds(const std::vector<Index>& rows) {
+  std::array<Index, 2 * static_cast<std::size_t>(D)> result{};
+  if (rows.size() == 1) {
+    result.fill(rows.front());
+    return result;
+  }
+  if (rows.size() != result.size()) {
+    throw InvalidInput(fmt::format("--hold gives {} numbers, but a {} has {} ends: give one number, or one an end",
+                                   rows.size(),
+                                   D == 1   ? "curve"
+                                   : D == 2 ? "surface"
+                                            : "volume",
+                                   result.size()));
+  }
+  std::copy(rows.begin(), rows.end(), result.begin());
+  return result;
+}
+
+template std::array<Index, 2> rowsAtEnds<1>(const std::vector<Index>&);
+template std::array<Index, 4> rowsAtEnds<2>(const std::vector<Index>&);
+template std::array<Index, 6> rowsAtEnds<3>(const std::vector<Index>&);
+
 std::vector<Index> selectedObjects(const std::string& text, const std::vector<Object>& objects, const char* option) {
   const auto count = static_cast<Index>(objects.size());
   std::set<Index> selected;

@@ -3,6 +3,7 @@
 // Option values that are more than a number, read from their text. All functions throw InvalidInput with the option's
 // name, what was given and what is possible.
 
+#include <array>
 #include <filesystem>
 #include <limits>
 #include <string>
@@ -35,6 +36,10 @@ double lengthOf(const std::string& option, const std::string& text, double model
 // Rows held at the ends of each direction: "g0", "g1", "g2" (1, 2, 3 rows), "N", or one number an end
 // "UMIN,UMAX,VMIN,VMAX" (two numbers for curves, six for volumes). One number stands for all ends.
 std::vector<Index> holdRows(const std::string& text);
+
+// Those rows, one number an end of a curve, surface or volume.
+template <int D>
+std::array<Index, 2 * static_cast<std::size_t>(D)> rowsAtEnds(const std::vector<Index>& rows);
 
 // The numbers (from 0) of the objects named by "1,3-5,hood": numbers count from 1, a name takes every object of that
 // name. Ascending, each once; the empty text takes all.

@@ -16,6 +16,7 @@
 #include <string_view>
 
 #include "strak/base/error.h"
+#include "strak/exchange/packed_file.h"
 #include "strak/exchange/point_import.h"
 
 namespace strak {
@@ -124,8 +125,8 @@ Net finiteRows(const Net& block) {
   return rows;
 }
 
-std::string tooShort(const std::filesystem::path& path, Index has, Index announced) {
-  return fmt::format("'{}' holds {} of the {} points that its header announces: it may be damaged", path.string(), has,
+std::string tooShort(const std::string& name, Index has, Index announced) {
+  return fmt::format("'{}' holds {} of the {} points that its header announces: it may be damaged", name, has,
                      announced);
 }
 
@@ -158,21 +159,27 @@ std::vector<std::string> namesOf(std::string_view line, char separator) {
 
 }  // namespace
 
-PointFile::PointFile(std::filesystem::path path) : path_(std::move(path)) { readHead(); }
+PointFile::PointFile(std::filesystem::path path) : path_(std::move(path)), name_(path_.string()) {
+  if (isPacked(path_)) {
+    unpacked_ = unpacked(path_);
+    path_ = *unpacked_;
+  }
+  readHead();
+}
 
 void PointFile::readHead() {
   std::error_code error;
   if (std::filesystem::is_directory(path_, error)) {
-    throw InvalidInput(fmt::format("'{}' is a folder: give a file of points", path_.string()));
+    throw InvalidInput(fmt::format("'{}' is a folder: give a file of points", name_));
   }
   std::ifstream in(path_, std::ios::binary);
-  if (!in) throw InvalidInput(fmt::format("cannot read '{}': check the name and the permissions", path_.string()));
+  if (!in) throw InvalidInput(fmt::format("cannot read '{}': check the name and the permissions", name_));
   bytes_ = std::filesystem::file_size(path_, error);
   std::string head(kHead, '\0');
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(in.gcount()));
   if (head.find_first_not_of(" \t\r\n") == head.npos) {
-    throw InvalidInput(fmt::format("'{}' is empty: give a file with a row of numbers a point", path_.string()));
+    throw InvalidInput(fmt::format("'{}' is empty: give a file with a row of numbers a point", name_));
   }
   try {
     if (auto whole = importPoints(path_, head)) {
@@ -183,7 +190,7 @@ void PointFile::readHead() {
     }
     cloud_ = cloudLayout(head);
   } catch (const InvalidInput& problem) {
-    throw InvalidInput(fmt::format("'{}': {}", path_.string(), problem.what()));
+    throw InvalidInput(fmt::format("'{}': {}", name_, problem.what()));
   }
   if (cloud_) {
     columns_ = static_cast<Index>(cloud_->fields.size());
@@ -192,8 +199,12 @@ void PointFile::readHead() {
     for (const auto& field : cloud_->fields) names_.push_back(plainName(field.name));
     return;
   }
+  if (head.starts_with("LASF")) {
+    throw InvalidInput(
+        fmt::format("'{}' is a LAS or LAZ file, which is not read: convert the points to .xyz or PLY", name_));
+  }
   if (head.find('\0') != head.npos) {
-    throw InvalidInput(fmt::format("'{}' is not a text file: convert the points to text", path_.string()));
+    throw InvalidInput(fmt::format("'{}' is not a text file: convert the points to text", name_));
   }
   if (lowered(trimmed(head).substr(0, 5)) == "ncols") return readGridHead(head);
 
@@ -222,7 +233,7 @@ void PointFile::readHead() {
     if (static_cast<Index>(names_.size()) != columns_) names_.clear();
     return;
   }
-  throw InvalidInput(fmt::format("'{}' holds no row of two or more numbers: give a point a line", path_.string()));
+  throw InvalidInput(fmt::format("'{}' holds no row of two or more numbers: give a point a line", name_));
 }
 
 void PointFile::readGridHead(const std::string& head) {
@@ -243,7 +254,7 @@ void PointFile::readGridHead(const std::string& head) {
     const std::string name = lowered(*word);
     const auto number = nextWord(line, ' ');
     if (!number || !parseNumber(*number, false, value)) {
-      throw InvalidInput(fmt::format("'{}', line {}: '{}' needs a number", path_.string(), headLines_, name));
+      throw InvalidInput(fmt::format("'{}', line {}: '{}' needs a number", name_, headLines_, name));
     }
     if (name == "ncols") gridColumns_ = static_cast<Index>(value);
     if (name == "nrows") gridRows_ = static_cast<Index>(value);
@@ -254,7 +265,7 @@ void PointFile::readGridHead(const std::string& head) {
     if (name == "nodata_value") missing_ = value;
   }
   if (gridColumns_ < 1 || gridRows_ < 1 || !(cell_ > 0)) {
-    throw InvalidInput(fmt::format("'{}': a grid needs ncols, nrows and cellsize above zero", path_.string()));
+    throw InvalidInput(fmt::format("'{}': a grid needs ncols, nrows and cellsize above zero", name_));
   }
   if (corner) {
     left_ += cell_ / 2;
@@ -283,12 +294,12 @@ void PointFile::forEachBlock(const std::function<void(const Net&)>& visit) const
     const Net points = finiteRows(block);
     if (points.rows() > 0) visit(points);
   });
-  if (seen < cloud_->count) throw InvalidInput(tooShort(path_, seen, cloud_->count));
+  if (seen < cloud_->count) throw InvalidInput(tooShort(name_, seen, cloud_->count));
 }
 
 void PointFile::forEachBinaryBlock(const std::function<void(const Net&)>& visit) const {
   std::ifstream in(path_, std::ios::binary);
-  if (!in) throw InvalidInput(fmt::format("cannot read '{}': check the name and the permissions", path_.string()));
+  if (!in) throw InvalidInput(fmt::format("cannot read '{}': check the name and the permissions", name_));
   in.seekg(static_cast<std::streamoff>(headBytes_));
   const auto perBlock = static_cast<Index>(std::max<std::size_t>(kRecordBlock / cloud_->record, 1));
   std::vector<char> buffer(static_cast<std::size_t>(perBlock) * cloud_->record);
@@ -298,7 +309,7 @@ void PointFile::forEachBinaryBlock(const std::function<void(const Net&)>& visit)
     in.read(buffer.data(), bytes);
     if (in.gcount() != bytes) {
       throw InvalidInput(
-          tooShort(path_, begin + static_cast<Index>(in.gcount()) / static_cast<Index>(cloud_->record), cloud_->count));
+          tooShort(name_, begin + static_cast<Index>(in.gcount()) / static_cast<Index>(cloud_->record), cloud_->count));
     }
     Net block(count, columns_);
     std::atomic<bool> finite = true;
@@ -318,7 +329,7 @@ void PointFile::forEachBinaryBlock(const std::function<void(const Net&)>& visit)
 
 void PointFile::forEachTextBlock(const std::function<void(const Net&)>& visit) const {
   std::ifstream in(path_, std::ios::binary);
-  if (!in) throw InvalidInput(fmt::format("cannot read '{}': check the name and the permissions", path_.string()));
+  if (!in) throw InvalidInput(fmt::format("cannot read '{}': check the name and the permissions", name_));
   in.seekg(static_cast<std::streamoff>(headBytes_));
   Index linesBefore = headLines_;
   Index gridPlace = 0, rowsBefore = 0;
@@ -373,8 +384,8 @@ void PointFile::forEachTextBlock(const std::function<void(const Net&)>& visit) c
     const auto most = cloud_ ? static_cast<std::size_t>((cloud_->count - rowsBefore) * columns_) : SIZE_MAX;
     for (const Chunk& chunk : chunks) {
       if (chunk.badLine >= 0 && total + chunk.numbers.size() < most) {
-        throw InvalidInput(fmt::format("'{}', line {}: {}: correct or remove it", path_.string(),
-                                       linesBefore + chunk.badLine, chunk.problem));
+        throw InvalidInput(
+            fmt::format("'{}', line {}: {}: correct or remove it", name_, linesBefore + chunk.badLine, chunk.problem));
       }
       linesBefore += chunk.lines;
       total += chunk.numbers.size();
@@ -410,7 +421,7 @@ void PointFile::forEachTextBlock(const std::function<void(const Net&)>& visit) c
   }
   if (grid_ && gridPlace != gridRows_ * gridColumns_) {
     throw InvalidInput(fmt::format("'{}' does not hold the {} x {} heights that its head announces: it may be damaged",
-                                   path_.string(), gridRows_, gridColumns_));
+                                   name_, gridRows_, gridColumns_));
   }
 }
 

@@ -4,10 +4,12 @@
 // decimal points or commas), gridded heights (ESRI ASCII grids, USGS DEM, .gtx; with missing values), point clouds (PLY
 // and PCD, in text, binary or compressed form) and the vertices of meshes (OBJ, STL, OFF).
 //
-// Tables, ESRI grids and clouds that are not compressed may be larger than memory; the others are kept.
+// Any of them may be packed by gzip. Tables, ESRI grids and clouds that are not compressed may be larger than memory;
+// the others are kept.
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,7 +43,9 @@ class PointFile {
   void forEachBinaryBlock(const std::function<void(const Net&)>& visit) const;
   void forEachTextBlock(const std::function<void(const Net&)>& visit) const;
 
-  std::filesystem::path path_;
+  std::shared_ptr<const std::filesystem::path> unpacked_;  // of a packed file
+  std::filesystem::path path_;                             // what is read
+  std::string name_;                                       // what the user calls it
   std::uintmax_t bytes_ = 0;
   Index columns_ = 0;
   std::vector<std::string> names_;

@@ -48,7 +48,8 @@ double slopeAt(double x, const std::vector<std::pair<double, double>>& points) {
 // The fits along the weights, each made once.
 class Path {
  public:
-  Path(const SmoothingProblem& problem, NetCholesky& solver) : problem_(problem), solver_(solver) {
+  Path(const SmoothingProblem& problem, Smoothing::Choice choice, NetCholesky& solver)
+      : problem_(problem), choice_(choice), solver_(solver) {
     stiffness_ = problem.energy.times(problem.reference);
     free_ = static_cast<double>(problem.data.size());
     for (const char held : problem.held) free_ -= held != 0 ? 1 : 0;
@@ -65,6 +66,7 @@ class Path {
     s.logDeterminant = solver_.logDeterminant();
     NetVectors e;
     s.meanSquare = solve(std::exp(x), e);
+    if (choice_ == Smoothing::Choice::restrictedLikelihood) s.energy = energyOf(problem_.reference + e);
     return true;
   }
 
@@ -89,6 +91,22 @@ class Path {
     return meanSquare(x) / (share * share);
   }
 
+  // What the chosen weight makes least.
+  double criterion(double x) const {
+    return choice_ == Smoothing::Choice::restrictedLikelihood ? likelihood(x) : crossValidation(x);
+  }
+
+  // -2 log of the restricted likelihood, a coordinate, but for constants. Where the weight is largest the fit is all
+  // but what the energy does not see: its freedom there is m, its energy that which held points leave at the least.
+  double likelihood(double x) const {
+    const double stiffest = valid().back();
+    const double unseen = std::round(freedom(stiffest));
+    const Sample& s = samples_.at(x);
+    const double least = problem_.held.empty() ? 0 : samples_.at(stiffest).energy;
+    const double penalised = s.meanSquare + std::exp(x) * std::max(s.energy - least, 0.0);
+    return (problem_.points - unseen) * std::log(std::max(penalised, 1e-300)) + s.logDeterminant - (free_ - unseen) * x;
+  }
+
   std::vector<double> valid() const {
     std::vector<double> result;
     for (const auto& [x, s] : samples_) {
@@ -109,7 +127,7 @@ class Path {
     NetVectors e;
     r.meanSquare = solve(lambda, e);
     r.net = problem_.reference + e;
-    r.energy = r.net.cwiseProduct(problem_.energy.times(r.net)).sum();
+    r.energy = energyOf(r.net);
     r.freedom = freedom;
     const double share = std::max(1 - freedom / problem_.points, 0.0);
     r.crossValidation = share > 0 ? r.meanSquare / (share * share) : std::numeric_limits<double>::infinity();
@@ -121,7 +139,10 @@ class Path {
   struct Sample {
     bool valid = false;
     double logDeterminant = 0, meanSquare = 0;
+    double energy = 0;  // for the likelihood only
   };
+
+  double energyOf(const NetVectors& net) const { return net.cwiseProduct(problem_.energy.times(net)).sum(); }
 
   bool factorAt(double lambda) {
     ++factorizations_;
@@ -135,6 +156,7 @@ class Path {
   }
 
   const SmoothingProblem& problem_;
+  Smoothing::Choice choice_;
   NetCholesky& solver_;
   NetVectors stiffness_;  // K d0
   double free_ = 0;
@@ -142,12 +164,12 @@ class Path {
   int factorizations_ = 0;
 };
 
-// Where cross validation is least among the samples.
+// Where the criterion is least among the samples.
 double bestOf(const Path& path) {
   const auto all = path.valid();
   double best = all.back(), least = std::numeric_limits<double>::infinity();
   for (double x : all) {
-    const double value = path.crossValidation(x);
+    const double value = path.criterion(x);
     if (value <= least) {
       least = value;
       best = x;
@@ -156,7 +178,7 @@ double bestOf(const Path& path) {
   return best;
 }
 
-double chosenByCrossValidation(Path& path) {
+double chosenByCriterion(Path& path) {
   double step = kStep;
   for (int i = 0; i < kHalvings; ++i) {
     step /= 2;
@@ -170,7 +192,7 @@ double chosenByCrossValidation(Path& path) {
   const auto place = std::find(all.begin(), all.end(), best);
   if (place == all.begin() || place + 1 == all.end()) return best;
   const double a = *(place - 1), b = *(place + 1);
-  const double fa = path.crossValidation(a), f = path.crossValidation(best), fb = path.crossValidation(b);
+  const double fa = path.criterion(a), f = path.criterion(best), fb = path.criterion(b);
   if (!std::isfinite(fa) || !std::isfinite(fb) || !(fa + fb > 2 * f)) return best;
   const double left = (f - fa) / (best - a), right = (fb - f) / (b - best);
   if (!(right > left)) return best;
@@ -211,7 +233,7 @@ Smoothed smooth(const SmoothingProblem& problem, const Smoothing& smoothing, Net
                                    smoothing.choice == Smoothing::Choice::noise ? "noise" : "smoothing weight",
                                    smoothing.value));
   }
-  Path path(problem, solver);
+  Path path(problem, smoothing.choice, solver);
   if (smoothing.choice == Smoothing::Choice::fixed) {
     if (smoothing.value == 0) {
       double free = static_cast<double>(problem.data.size());
@@ -240,7 +262,7 @@ Smoothed smooth(const SmoothingProblem& problem, const Smoothing& smoothing, Net
       smoothing.choice == Smoothing::Choice::noise
           ? chosenByNoise(path, smoothing.value * smoothing.value * static_cast<double>(problem.reference.cols()),
                           reached)
-          : chosenByCrossValidation(path);
+          : chosenByCriterion(path);
   path.sample(x);
   Smoothed result = path.result(std::exp(x), path.freedom(x));
   result.reached = reached;

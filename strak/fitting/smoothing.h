@@ -2,11 +2,16 @@
 //
 // How much a fit is smoothed: the weight lambda of the energy in
 //   mean of w |z - X(u)|^2  +  lambda * E(X),
-// given, or chosen by generalised cross validation or from the known noise.
+// given, or chosen by generalised cross validation, by restricted maximum likelihood or from the known noise.
 //
 // Source: Craven and Wahba, "Smoothing noisy data with spline functions" (1979); Morozov's discrepancy principle. The
 // trace of the influence matrix, the fit's degrees of freedom, is exact up to interpolation: with M = A + lambda K,
-// tr(A M^-1) = n - d log det M / d log lambda, and a Cholesky factor gives log det M for nothing.
+// tr(A M^-1) = n - d log det M / d log lambda, and a Cholesky factor gives log det M for nothing. So does it the
+// likelihood of the errors once what the energy does not see is taken out: with q free control points, m dimensions
+// that the energy does not see and N points, -2 log L is but for constants
+//   (N - m) log(mean square + lambda E) + log det M - (q - m) log lambda
+// a coordinate (Wahba, "A comparison of GCV and GML", 1985; Wood, "Fast stable REML", 2011). It trusts that the errors
+// are normal and independent, and then varies less than cross validation does.
 
 #include <vector>
 
@@ -15,11 +20,12 @@
 namespace strak {
 
 struct Smoothing {
-  enum class Choice { fixed, crossValidation, noise };
+  enum class Choice { fixed, crossValidation, restrictedLikelihood, noise };
   Choice choice = Choice::crossValidation;
   double value = 0;  // lambda, or the standard deviation of each coordinate's noise, which the errors are to have
 
   static Smoothing automatic() { return {}; }
+  static Smoothing likeliest() { return {Choice::restrictedLikelihood, 0}; }
   static Smoothing fixed(double lambda) { return {Choice::fixed, lambda}; }
   static Smoothing noise(double deviation) { return {Choice::noise, deviation}; }
 };
