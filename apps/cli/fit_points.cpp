@@ -78,8 +78,10 @@ FitColumns fitColumns(const PointFile& file, const std::string& kind) {
       break;
     case FitKind::curve:
       result.directions = 1;
-      result.values = coordinates == 2 ? columnsNamed(file, {"x", "y"}, 0) : columnsNamed(file, xyz, 0);
       if (file.columnNamed("t") >= 0) result.parameters = {file.columnNamed("t")};
+      result.values = coordinates - static_cast<Index>(result.parameters.size()) == 2
+                          ? columnsNamed(file, {"x", "y"}, 0)
+                          : columnsNamed(file, xyz, 0);
       break;
     case FitKind::surface:
       if (hasParameters || (file.names().empty() && coordinates == 5)) {
