@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
+#include <set>
 
 #include "apps/cli/console.h"
 #include "apps/cli/values.h"
@@ -43,13 +45,63 @@ Spline<D> convertObject(const Spline<D>& spline, const ConversionOptions& option
       options.mostPoints));
 }
 
+// A spline on its way into the model.
+struct Change {
+  Index object = 0;
+  AnySpline had, made;
+  ConversionOptions options;
+};
+
+Index spansOf(const Change& change, std::size_t direction) {
+  return static_cast<Index>(std::get<Surface>(change.made).knots()[direction].spans().size());
+}
+
+// Faces that share whole sides get as many spans along them as the one that needs the most: their common side is then
+// approximated alike, and stays common.
+void evenOut(const Model& model, const std::string& unit, std::vector<Change>& changes,
+             std::vector<ConvertedObject>& objects) {
+  constexpr int kMostRounds = 8;
+  const auto changeOf = [&](Index face) -> Change* {
+    const std::vector<Index>& group = model.objects()[static_cast<std::size_t>(face)].sharedWith;
+    const auto at = std::find_if(changes.begin(), changes.end(), [&](const Change& change) {
+      return change.object == face || std::find(group.begin(), group.end(), change.object) != group.end();
+    });
+    return at == changes.end() ? nullptr : &*at;
+  };
+  const std::vector<SharedEdge> edges = model.sharedEdges();
+  std::set<Change*> raised{nullptr};
+  for (int round = 0; round < kMostRounds && !raised.empty(); ++round) {
+    raised.clear();
+    for (const SharedEdge& edge : edges) {
+      if (!edge.sideA || !edge.sideB || edge.faceA == edge.faceB) continue;
+      Change *const a = changeOf(edge.faceA), *const b = changeOf(edge.faceB);
+      if (a == nullptr || b == nullptr) continue;
+      // Sides 0 and 1 run along v, 2 and 3 along u.
+      const auto alongA = static_cast<std::size_t>(1 - *edge.sideA / 2);
+      const auto alongB = static_cast<std::size_t>(1 - *edge.sideB / 2);
+      const Index wished = std::max(
+          {spansOf(*a, alongA), spansOf(*b, alongB), a->options.leastSpans[alongA], b->options.leastSpans[alongB]});
+      for (const auto& [change, along] : {std::pair{a, alongA}, std::pair{b, alongB}}) {
+        if (change->options.leastSpans[along] >= wished) continue;
+        change->options.leastSpans[along] = wished;
+        if (spansOf(*change, along) < wished) raised.insert(change);
+      }
+    }
+    for (Change* change : raised) {
+      change->made = convertObject<2>(std::get<Surface>(change->had), change->options, unit,
+                                      objects[static_cast<std::size_t>(change->object)]);
+    }
+  }
+}
+
 }  // namespace
 
 ConvertedModel convertForm(Model& model, ConversionOptions options, const std::string& tolerance) {
   if (!tolerance.empty()) options.tolerance = lengthOf("--tolerance", tolerance, model.size());
   const std::string unit = model.unit().empty() ? "" : " " + model.unit();
   ConvertedModel result;
-  std::vector<std::pair<Index, AnySpline>> changes;
+  std::vector<Change> made;
+  std::map<std::size_t, std::size_t> instanceOf;
   bool any = false;
   for (std::size_t i = 0; i < model.objects().size(); ++i) {
     const Object& object = model.objects()[i];
@@ -61,19 +113,26 @@ ConvertedModel convertForm(Model& model, ConversionOptions options, const std::s
             ? static_cast<Index>(i)
             : std::min(static_cast<Index>(i), *std::min_element(object.sharedWith.begin(), object.sharedWith.end()));
     if (object.leftAlone.empty() && object.spline && first < static_cast<Index>(i)) {
-      // Instances are changed with the first.
-      entry = result.objects[static_cast<std::size_t>(first)];
-      entry.name = object.name;
+      instanceOf[i] = static_cast<std::size_t>(first);
     } else if (object.leftAlone.empty() && object.spline) {
       any = true;
       AnySpline next = std::visit(
           [&]<int D>(const Spline<D>& spline) { return AnySpline(convertObject<D>(spline, options, unit, entry)); },
           *object.spline);
-      if (!entry.unchanged) changes.emplace_back(static_cast<Index>(i), std::move(next));
+      if (!entry.unchanged) made.push_back({static_cast<Index>(i), *object.spline, std::move(next), options});
     }
     result.objects.push_back(std::move(entry));
   }
   if (!any) throw InvalidInput("the file holds no splines that could be converted: see strak info");
+  if (options.spacing == KnotSpacing::uniform) evenOut(model, unit, made, result.objects);
+  // Instances are changed with the first.
+  for (const auto& [instance, first] : instanceOf) {
+    std::string name = std::move(result.objects[instance].name);
+    result.objects[instance] = result.objects[first];
+    result.objects[instance].name = std::move(name);
+  }
+  std::vector<std::pair<Index, AnySpline>> changes;
+  for (Change& change : made) changes.emplace_back(change.object, std::move(change.made));
   result.before = model.audit();
   const std::vector<std::string> refused = model.replaceForms(changes);
   for (std::size_t c = 0; c < changes.size(); ++c) {

@@ -46,6 +46,13 @@ bool isAsWished(const KnotVector& knots, const ConversionOptions& options) {
   return knots.degree() == options.degree && (options.spacing == KnotSpacing::adapted || isUniform(knots));
 }
 
+template <int D>
+bool isAsWished(const Spline<D>& spline, const ConversionOptions& options) {
+  bool wished = !spline.isRational();
+  for (const KnotVector& knots : spline.knots()) wished = wished && isAsWished(knots, options);
+  return wished;
+}
+
 // The least number of equal spans that has all knots of the input among theirs; nothing above `most`.
 std::optional<Index> latticeOf(const KnotVector& knots, Index most) {
   for (Index n = 1; n <= most; ++n) {
@@ -219,7 +226,7 @@ class Search {
       } else if (options.spacing == KnotSpacing::adapted) {
         knots_[at] = adaptedKnots(had, options.degree);
       } else {
-        const Index spans = firstSpans(had, options.degree);
+        const Index spans = std::max(firstSpans(had, options.degree), options.leastSpans[at]);
         lattice_[at] = latticeOf(had, 4 * spans).value_or(0);
         knots_[at] = uniformKnots(had, options.degree, spans);
       }
@@ -258,7 +265,7 @@ class Search {
  private:
   void tryLattice(int k, double tolerance) {
     const auto at = static_cast<std::size_t>(k);
-    if (lattice_[at] == 0) return;
+    if (lattice_[at] == 0 || lattice_[at] < options_.leastSpans[at]) return;
     typename Spline<D>::Knots before = knots_;
     knots_[at] = uniformKnots(source_.knots(k), options_.degree, lattice_[at]);
     if (points() <= static_cast<double>(options_.mostPoints)) {
@@ -317,9 +324,7 @@ Converted<D> convertSpline(const Spline<D>& spline, const ConversionOptions& opt
   }
   if (!(options.tolerance > 0)) throw InvalidInput("a conversion needs a tolerance above zero");
   Converted<D> result;
-  bool wished = !spline.isRational();
-  for (const KnotVector& knots : spline.knots()) wished = wished && isAsWished(knots, options);
-  if (wished) {
+  if (isAsWished<D>(spline, options)) {
     result.spline = spline;
     result.unchanged = true;
     return result;

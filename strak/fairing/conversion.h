@@ -30,6 +30,8 @@ struct ConversionOptions {
   KnotSpacing spacing = KnotSpacing::uniform;
   double tolerance = std::numeric_limits<double>::infinity();  // of the certified deviation; infinity: the first spans
   Index mostPoints = 200'000;                                  // control points
+  // Of uniform knots, a direction: as many as a neighbour has along a common side. 0: as few as will do.
+  std::array<Index, 3> leastSpans{};
 };
 
 template <int D>

@@ -46,6 +46,33 @@ TEST_F(Conversion, TheDeviationIsCertifiedSideBySide) {
   EXPECT_NE(table.out.find("of the sides"), std::string::npos) << table.out;
 }
 
+// Neighbours that need other numbers of spans alone get one along their common side, which then stays common.
+TEST_F(Conversion, CommonSidesStayCommon) {
+  const Surface a = wavySurface(5, 14, 12);
+  Net net = a.net();
+  for (Index i = 0; i < 14; ++i) {
+    for (Index j = 0; j < 12; ++j) {
+      net.row(12 * i + j) = a.net().row(12 * i + 11 - j);
+      net(12 * i + j, 1) = 2 * a.net()(12 * i + 11, 1) - net(12 * i + j, 1);
+      if (j > 0) net(12 * i + j, 2) += 0.3 * std::sin(2.0 * static_cast<double>(i));
+    }
+  }
+  const Surface b(a.knots(), net);
+  write("in.g2", g2(a) + g2(b));
+  json({"convert", path("in.g2"), "-o", path("out.g2"), "--uniform-cubic", "--tolerance", "0.005"});
+  const auto model = readModel(file("out.g2"));
+  const auto left = std::get<Surface>(*model->objects()[0].spline),
+             right = std::get<Surface>(*model->objects()[1].spline);
+  ASSERT_EQ(left.size(0), right.size(0));
+  for (Index i = 0; i < left.size(0); ++i) {
+    EXPECT_LT((left.net().row((i + 1) * left.size(1) - 1) - right.net().row(i * right.size(1))).norm(), 1e-12);
+  }
+  // Alone they need other numbers.
+  write("a.g2", g2(a));
+  json({"convert", path("a.g2"), "-o", path("alone.g2"), "--uniform-cubic", "--tolerance", "0.005"});
+  EXPECT_LT(readSurface(file("alone.g2")).size(0), right.size(0));
+}
+
 TEST_F(Conversion, WhatIsNotReachedIsNotWritten) {
   write("in.g2", g2(wavySurface(5, 14, 12)));
   const Outcome outcome = strak({"convert", path("in.g2"), "-o", path("out.g2"), "--uniform-cubic", "--tolerance",
