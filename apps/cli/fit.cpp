@@ -11,6 +11,7 @@
 
 #include "apps/cli/commands.h"
 #include "apps/cli/console.h"
+#include "apps/cli/fit_normals.h"
 #include "apps/cli/fit_points.h"
 #include "apps/cli/fit_sheet.h"
 #include "apps/cli/interrupt.h"
@@ -38,6 +39,7 @@ struct FitArguments {
   std::string input, output, kind, degree = "3", size, domain, smoothing = "auto", noise, tolerance, share = "100",
                                    energy, scale = "lengths", conditions, loss = "l2", correct, mostPoints = "40000",
                                    memory = "512", threads;
+  NormalArguments normals;
   bool json = false, quiet = false;
   std::string commandLine;
 };
@@ -55,7 +57,7 @@ struct FitReport {
   Index inserted = 0, removed = 0;
   Json outside = Json::array();
   bool streamed = false;
-  Json loss, correction, drawing;  // null where there is none
+  Json loss, correction, drawing, normals;  // null where there is none
 };
 
 template <int D>
@@ -281,6 +283,15 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
     if constexpr (D == 2) {
       if (drawn) keepSheet(*drawn, {result.parameters, input.values, input.weights}, options.fit, fit, report);
     }
+    input.parameters = std::move(result.parameters);
+  }
+  if constexpr (D == 2) {
+    if (arguments.normals.wanted()) {
+      const bool function = columns.kind == FitKind::function;
+      report.normals =
+          turnNormals(arguments.normals, input, function, options.fit, isRobust || isMinimax ? 0 : rounds, fit);
+      report.reached = report.adaptive && fit.summary.insideShare() >= report.share;
+    }
   }
   report.summary = fit.summary;
   if (input.repeated > 0) {
@@ -320,6 +331,7 @@ Json jsonOf(const FitReport& report) {
   if (!report.loss.is_null()) json["loss"] = report.loss;
   if (!report.drawing.is_null()) json["drawing"] = report.drawing;
   if (!report.correction.is_null()) json["correction"] = report.correction;
+  if (!report.normals.is_null()) json["normals"] = report.normals;
   json["streamed"] = report.streamed;
   json["warnings"] = s.warnings;
   return json;
@@ -349,6 +361,7 @@ void print(const FitReport& report, const FitArguments& arguments, double second
     fmt::print("parameters  corrected in {} rounds, rms {} before\n", report.correction["rounds"].dump(),
                number(report.correction["rms"][0].get<double>()));
   }
+  if (!report.normals.is_null()) fmt::print("{}", describeNormals(report.normals));
   if (report.adaptive) {
     fmt::print("tolerance   {:.6g} % of the points within {} ({} knots inserted in {} rounds, {} removed)\n",
                100 * s.insideShare(), number(report.tolerance), report.inserted, report.rounds, report.removed);
@@ -361,6 +374,21 @@ void print(const FitReport& report, const FitArguments& arguments, double second
   fmt::print("wrote {} in {}\n", arguments.output, duration(seconds));
 }
 
+// A surface instead of points.
+void turn(const FitArguments& a) {
+  for (const auto& [option, value] : {std::pair{"--kind", a.kind},
+                                      {"--size", a.size},
+                                      {"--domain", a.domain},
+                                      {"--noise", a.noise},
+                                      {"--tolerance", a.tolerance},
+                                      {"--conditions", a.conditions},
+                                      {"--correct", a.correct},
+                                      {"--energy", a.energy}}) {
+    if (!value.empty()) throw InvalidInput(fmt::format("{} is for points: '{}' holds a surface", option, a.input));
+  }
+  turnSurface(a.normals, {a.input, a.output, a.smoothing, a.commandLine, a.json, a.quiet});
+}
+
 void fit(const FitArguments& arguments) {
   const Stopwatch watch;
   requireWritable(arguments.output);
@@ -371,8 +399,12 @@ void fit(const FitArguments& arguments) {
                     static_cast<std::size_t>(wholeNumber("--threads", arguments.threads, 1)));
   }
   catchInterrupt();
+  if (arguments.normals.wanted() && holdsSplines(arguments.input)) return turn(arguments);
   const PointFile file(arguments.input);
   const FitColumns columns = fitColumns(file, arguments.kind);
+  if (arguments.normals.wanted() && columns.directions == 1) {
+    throw InvalidInput("--normals is for surfaces and functions of two variables, not for curves");
+  }
   const FitReport report =
       columns.directions == 1 ? fitAndWrite<1>(arguments, file, columns) : fitAndWrite<2>(arguments, file, columns);
   for (const auto& warning : report.summary.warnings) {
@@ -439,6 +471,7 @@ void addFit(CLI::App& program, const std::string& commandLine) {
                    "In which shape of the domain the energy is measured: "
                    "lengths, domain or unit")
       ->capture_default_str();
+  addNormalOptions(*command, arguments->normals);
   command->add_option("--conditions", arguments->conditions, "File of points that the result passes through exactly");
   command
       ->add_option("--memory", arguments->memory,

@@ -414,4 +414,10 @@ Fit<2> fitOfSurface(const Surface& surface, double smoothing) {
   return fit;
 }
 
+double naturalSmoothing(const Surface& surface) {
+  double cells = 1;
+  for (const KnotVector& knots : surface.knots()) cells *= static_cast<double>(knots.spans().size());
+  return std::pow(cells, -fitEnergy<2>(surface.knots()).order());
+}
+
 }  // namespace strak

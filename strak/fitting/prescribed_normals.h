@@ -71,4 +71,8 @@ NormalFit prescribeNormals(const Fit<2>& fit, const WishedNormals& wished, const
 // fitEnergy of the change, so that it stays as it is away from the normals. Throws InvalidInput for rational surfaces.
 Fit<2> fitOfSurface(const Surface& surface, double smoothing);
 
+// The smoothing with which a normal moves about as much of the surface as its control points can tell apart: the mean
+// knot span, in parts of the root of the domain's area, to the power of twice the energy's order.
+double naturalSmoothing(const Surface& surface);
+
 }  // namespace strak
