@@ -54,11 +54,11 @@ TEST_F(FitNormals, TiltTheGraphOfAFunction) {
   const auto result =
       json({"fit", points(), "-o", path("out.g2"), "--size", "12", "--normals", path("normals.txt")})["objects"][0];
   EXPECT_EQ(result["normals"]["stop"], "met");
-  EXPECT_NEAR(result["normals"]["angle"]["largest_before"].get<double>(), 5, 0.1);
+  EXPECT_NEAR(result["normals"]["angle"]["largest_before"].get<double>(), 5, 0.2);
   EXPECT_LE(result["normals"]["angle"]["largest"].get<double>(), 1e-3);
   EXPECT_LT(result["normals"]["errors_before"]["rms"].get<double>(), result["rms"].get<double>());
   EXPECT_LT(result["rms"].get<double>(), 2e-3);
-  EXPECT_TRUE(result["warnings"].empty());
+  EXPECT_EQ(result["warnings"].dump().find("normals"), std::string::npos);
   EXPECT_LT(angle(test::readSurface(file("out.g2")), 0.43, 0.61, n), 1e-3);
 }
 
