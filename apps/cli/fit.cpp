@@ -11,6 +11,8 @@
 
 #include "apps/cli/commands.h"
 #include "apps/cli/console.h"
+#include "apps/cli/fit_energy.h"
+#include "apps/cli/fit_knots.h"
 #include "apps/cli/fit_normals.h"
 #include "apps/cli/fit_points.h"
 #include "apps/cli/fit_sheet.h"
@@ -23,16 +25,12 @@
 #include "strak/fitting/minimax_fit.h"
 #include "strak/fitting/parameter_correction.h"
 #include "strak/fitting/robust_fit.h"
+#include "strak/metrology/closest_points.h"
 
 namespace strak::cli {
 
 namespace {
 
-constexpr Index kMostPointsPerDirection = 50;  // control points, where none are asked for
-constexpr Index kMostCurvePoints = 200;
-constexpr double kPointsPerControlPoint = 4;  // measured ones
-constexpr Index kFirstSpans = 8;              // where the tolerance decides
-constexpr int kHighestDegree = 31;
 constexpr std::size_t kShownCells = 5;  // with points outside, the worst ones; --json lists more
 
 struct FitArguments {
@@ -57,57 +55,8 @@ struct FitReport {
   Index inserted = 0, removed = 0;
   Json outside = Json::array();
   bool streamed = false;
-  Json loss, correction, drawing, normals;  // null where there is none
+  Json loss, correction, drawing, following, normals;  // null where there is none
 };
-
-template <int D>
-std::array<KnotVector, D> startKnots(const FitArguments& arguments, const FitInput<D>& input, bool adaptive) {
-  const auto degrees = wholeNumbers("--degree", arguments.degree, 'x', 1, kHighestDegree, D);
-  std::vector<Index> sizes;
-  if (!arguments.size.empty()) {
-    sizes = wholeNumbers("--size", arguments.size, 'x', 2, std::numeric_limits<Index>::max(), D);
-  }
-  std::vector<double> domain;
-  if (!arguments.domain.empty()) domain = numberList("--domain", arguments.domain, 2 * D);
-  const double wished = static_cast<double>(input.count) / kPointsPerControlPoint;
-  std::array<KnotVector, D> knots;
-  for (std::size_t k = 0; k < D; ++k) {
-    const double from = domain.empty() ? input.from[k] : domain[2 * k],
-                 to = domain.empty() ? input.to[k] : domain[2 * k + 1];
-    if (!(from < to)) {
-      throw InvalidInput(
-          domain.empty()
-              ? fmt::format("all points have the same {} ({:g}): a fit needs points beside it",
-                            D == 1   ? "parameter"
-                            : k == 0 ? "first coordinate"
-                                     : "second coordinate",
-                            from)
-              : fmt::format("--domain is '{}': the first number of a pair must be the smaller one", arguments.domain));
-    }
-    if (!std::isfinite(to - from)) {
-      throw InvalidInput("the coordinates are so large that their differences are no numbers: use another unit");
-    }
-    const int degree = static_cast<int>(degrees[k]);
-    Index size = std::max<Index>(degree + 1, std::min<Index>(D == 1 ? kMostCurvePoints : kMostPointsPerDirection,
-                                                             static_cast<Index>(std::pow(wished, 1.0 / D))));
-    if (adaptive) size = std::min(size, degree + kFirstSpans);
-    if (!sizes.empty()) size = sizes[k];
-    if (size < degree + 1) {
-      throw InvalidInput(fmt::format("--size is '{}': degree {} needs at least {} control points", arguments.size,
-                                     degree, degree + 1));
-    }
-    knots[k] = KnotVector::uniformClamped(degree, size - degree, from, to);
-  }
-  Index product = 1;
-  for (const auto& k : knots) {
-    if (k.size() > wholeNumber("--most-points", arguments.mostPoints, 1) / product) {
-      throw InvalidInput(fmt::format(
-          "--size asks for more than {} control points: raise --most-points if that is meant", arguments.mostPoints));
-    }
-    product *= k.size();
-  }
-  return knots;
-}
 
 Smoothing smoothingOf(const FitArguments& arguments) {
   if (!arguments.noise.empty()) {
@@ -201,7 +150,10 @@ void keepSheet(const DrawnCloud& drawn, const FitPoints<2>& points, FitOptions<2
 template <int D>
 FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, const FitColumns& columns) {
   AdaptiveFitOptions<D> options;
-  if (!arguments.energy.empty()) options.fit.energy = energyNamed<D>(arguments.energy);
+  const auto bending = innerBendingNamed(arguments.energy);
+  if (bending && D == 1) throw InvalidInput("the data-dependent energy is for surfaces: curves have other energies");
+  // What follows the data starts with a plate.
+  if (!arguments.energy.empty()) options.fit.energy = energyNamed<D>(bending ? "thin-plate" : arguments.energy);
   options.fit.scale = parameterScaleNamed(arguments.scale);
   options.fit.smoothing = smoothingOf(arguments);
   options.mostPoints = wholeNumber("--most-points", arguments.mostPoints, 1);
@@ -227,12 +179,14 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
     throw InvalidInput(fmt::format("'{}' is too large to be kept in memory, as {} needs: thin the points out",
                                    arguments.input, rounds > 0 ? "--correct" : "--loss"));
   }
-  auto start = startKnots<D>(arguments, input, report.adaptive);
+  const KnotWishes wishes{arguments.degree, arguments.size, arguments.domain, arguments.mostPoints};
+  auto start = startKnots<D>(wishes, input, report.adaptive);
   ProgressBar bar({1.0}, !arguments.json && !arguments.quiet, interrupted);
   options.fit.progress = bar.task(0);
   robust.fit = options.fit;
+  bool refining = report.adaptive;
   const auto fitPass = [&](const PointPass<D>& points, const std::array<KnotVector, D>& knots) {
-    if (!report.adaptive) return fitLeastSquares<D>(knots, input.columns, points, options.fit);
+    if (!refining) return fitLeastSquares<D>(knots, input.columns, points, options.fit);
     AdaptiveFit<D> result = fitWithin<D>(knots, input.columns, points, options);
     takeOver<D>(result, report);
     return std::move(result.fit);
@@ -258,7 +212,7 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
         throw InvalidInput("--domain is for points with parameters: give them, or leave it out");
       }
       // On a net as fine as without a tolerance: coarse cells would pass for folds.
-      drawn = drawOrRefuse({input.parameters, input.values, input.weights}, startKnots<D>(arguments, input, false),
+      drawn = drawOrRefuse({input.parameters, input.values, input.weights}, startKnots<D>(wishes, input, false),
                            options.fit.progress);
       report.drawing = jsonOf(*drawn);
       input.parameters = drawn->sheet.parameters;
@@ -286,6 +240,19 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
     input.parameters = std::move(result.parameters);
   }
   if constexpr (D == 2) {
+    if (bending) {
+      refining = false;
+      const EnergyFitMaker again = [&](const FitOptions<2>& own, const Fit<2>& previous) {
+        options.fit = robust.fit = own;
+        if (input.streamed) return fitPass(input.pass, previous.spline.knots());
+        if (rounds > 0) {
+          input.parameters = closestPointsFrom<2>(previous.spline, input.values, input.parameters).parameters;
+        }
+        return make({input.parameters, input.values, input.weights}, &previous);
+      };
+      report.following = followEnergy(*bending, options.fit, again, fit);
+      report.reached = report.adaptive && fit.summary.insideShare() >= report.share;
+    }
     if (arguments.normals.wanted()) {
       const bool function = columns.kind == FitKind::function;
       report.normals =
@@ -331,6 +298,7 @@ Json jsonOf(const FitReport& report) {
   if (!report.loss.is_null()) json["loss"] = report.loss;
   if (!report.drawing.is_null()) json["drawing"] = report.drawing;
   if (!report.correction.is_null()) json["correction"] = report.correction;
+  if (!report.following.is_null()) json["following"] = report.following;
   if (!report.normals.is_null()) json["normals"] = report.normals;
   json["streamed"] = report.streamed;
   json["warnings"] = s.warnings;
@@ -361,6 +329,7 @@ void print(const FitReport& report, const FitArguments& arguments, double second
     fmt::print("parameters  corrected in {} rounds, rms {} before\n", report.correction["rounds"].dump(),
                number(report.correction["rms"][0].get<double>()));
   }
+  if (!report.following.is_null()) fmt::print("{}", describeFollowing(report.following));
   if (!report.normals.is_null()) fmt::print("{}", describeNormals(report.normals));
   if (report.adaptive) {
     fmt::print("tolerance   {:.6g} % of the points within {} ({} knots inserted in {} rounds, {} removed)\n",
@@ -465,6 +434,7 @@ void addFit(CLI::App& program, const std::string& commandLine) {
                       "without parameters, else 0");
   command->add_option("--energy", arguments->energy,
                       "thin-plate, laplacian, third-order, laplacian-gradient, third-derivatives, q3, or a mixture; "
+                      "data-dependent or data-dependent-plate: bending in the geometry of the fit before; "
                       "default: third-derivatives, for lower degrees the highest there is");
   command
       ->add_option("--parameter-scale", arguments->scale,
