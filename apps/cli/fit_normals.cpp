@@ -110,7 +110,7 @@ std::vector<std::string> warningsOf(const NormalFit& turned, const NormalOptions
         (turned.angles.array() > options.degrees).count(), turned.angles.size(), options.degrees, turned.worst + 1,
         turned.largest,
         turned.stop == NormalStop::rounds ? "the rounds are used up"
-                                          : "the control points cannot turn the surface so without crumpling it"));
+                                          : "the control points cannot turn the surface so everywhere"));
   }
   if (turned.opposite > 0) {
     warnings.push_back(
