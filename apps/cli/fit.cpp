@@ -251,13 +251,15 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
         return make({input.parameters, input.values, input.weights}, &previous);
       };
       report.following = followEnergy(*bending, options.fit, again, fit);
-      report.reached = report.adaptive && fit.summary.insideShare() >= report.share;
     }
     if (arguments.normals.wanted()) {
       const bool function = columns.kind == FitKind::function;
       report.normals =
           turnNormals(arguments.normals, input, function, options.fit, isRobust || isMinimax ? 0 : rounds, fit);
+    }
+    if (bending || arguments.normals.wanted()) {
       report.reached = report.adaptive && fit.summary.insideShare() >= report.share;
+      report.outside = Json::array();  // of the fit before
     }
   }
   report.summary = fit.summary;

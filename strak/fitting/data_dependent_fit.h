@@ -25,7 +25,7 @@ struct DataDependentOptions {
   int rounds = 10;
   // Settled when a round moves the surface along its normals by less than this part of the errors (root mean squares),
   // or by rounding.
-  double settled = 0.02;
+  double settled = 0.05;
   Progress progress;
 };
 

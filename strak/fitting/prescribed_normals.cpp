@@ -25,6 +25,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kLeft = 1e-4;
 constexpr double kStrongest = 1e9;  // the stiffness of the strongest condition, in parts of its control point's
 constexpr int kMultipliers = 40;    // solutions with one factor
+constexpr double kExact = 1e-14;    // of the size: points that stay
 constexpr double kEnough = 0.5;     // of the wished angle
 constexpr double kStalled = 0.97;   // a solution that leaves more of the largest angle gains nothing
 constexpr int kDecades = 14;        // the weight falls where the surface crumples
@@ -256,16 +257,18 @@ Net Prescription::turned(double scale, bool withMultipliers) {
   std::vector<double> multipliers(forms_.size(), 0.0);
   Net change;
   double last = std::numeric_limits<double>::infinity();
-  for (int round = 0; round < (withMultipliers ? kMultipliers : 1); ++round) {
+  for (int round = 0; round < kMultipliers; ++round) {
     change = system_.solve(forms_, multipliers);
-    double largest = 0;
+    double largest = 0, apart = 0;  // of the normals and of the points that stay
     for (std::size_t k = 0; k < forms_.size(); ++k) {
       const double left = valueOf(forms_[k], change, start_.size(1));
-      multipliers[k] += left;
-      if (k < ofNormals && forms_[k].weight > 0) largest = std::max(largest, std::abs(left));
+      if (k >= ofNormals || withMultipliers) multipliers[k] += left;
+      double& most = k < ofNormals ? largest : apart;
+      if (forms_[k].weight > 0) most = std::max(most, std::abs(left));
     }
     // The forms' values are sines while the lengths of the tangents stay: half of the angle leaves room for those.
-    if (largest < kEnough * goal_ || largest > kStalled * last) break;
+    const bool enough = !withMultipliers || largest < kEnough * goal_ || largest > kStalled * last;
+    if (enough && apart <= kExact * start_.net().cwiseAbs().maxCoeff()) break;
     last = largest;
   }
   return change;
