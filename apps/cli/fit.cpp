@@ -354,7 +354,8 @@ void turn(const FitArguments& a) {
                                       {"--tolerance", a.tolerance},
                                       {"--conditions", a.conditions},
                                       {"--correct", a.correct},
-                                      {"--energy", a.energy}}) {
+                                      {"--energy", a.energy},
+                                      {"--loss", a.loss == "l2" ? std::string() : a.loss}}) {
     if (!value.empty()) throw InvalidInput(fmt::format("{} is for points: '{}' holds a surface", option, a.input));
   }
   turnSurface(a.normals, {a.input, a.output, a.smoothing, a.commandLine, a.json, a.quiet});
