@@ -11,6 +11,9 @@
 
 #include "apps/cli/commands.h"
 #include "apps/cli/console.h"
+#include "apps/cli/fit_energy.h"
+#include "apps/cli/fit_knots.h"
+#include "apps/cli/fit_normals.h"
 #include "apps/cli/fit_points.h"
 #include "apps/cli/fit_sheet.h"
 #include "apps/cli/fit_start.h"
@@ -23,22 +26,19 @@
 #include "strak/fitting/minimax_fit.h"
 #include "strak/fitting/parameter_correction.h"
 #include "strak/fitting/robust_fit.h"
+#include "strak/metrology/closest_points.h"
 
 namespace strak::cli {
 
 namespace {
 
-constexpr Index kMostPointsPerDirection = 50;  // control points, where none are asked for
-constexpr Index kMostCurvePoints = 200;
-constexpr double kPointsPerControlPoint = 4;  // measured ones
-constexpr Index kFirstSpans = 8;              // where the tolerance decides
-constexpr int kHighestDegree = 31;
 constexpr std::size_t kShownCells = 5;  // with points outside, the worst ones; --json lists more
 
 struct FitArguments {
   std::string input, output, kind, degree = "3", size, domain, smoothing = "auto", noise, tolerance, share = "100",
                                    energy, scale = "lengths", conditions, start, hold, loss = "l2", correct,
                                    mostPoints = "40000", memory = "512", threads;
+  NormalArguments normals;
   bool json = false, quiet = false;
   std::string commandLine;
 };
@@ -56,57 +56,8 @@ struct FitReport {
   Index inserted = 0, removed = 0;
   Json outside = Json::array();
   bool streamed = false;
-  Json loss, correction, drawing;  // null where there is none
+  Json loss, correction, drawing, following, normals;  // null where there is none
 };
-
-template <int D>
-std::array<KnotVector, D> startKnots(const FitArguments& arguments, const FitInput<D>& input, bool adaptive) {
-  const auto degrees = wholeNumbers("--degree", arguments.degree, 'x', 1, kHighestDegree, D);
-  std::vector<Index> sizes;
-  if (!arguments.size.empty()) {
-    sizes = wholeNumbers("--size", arguments.size, 'x', 2, std::numeric_limits<Index>::max(), D);
-  }
-  std::vector<double> domain;
-  if (!arguments.domain.empty()) domain = numberList("--domain", arguments.domain, 2 * D);
-  const double wished = static_cast<double>(input.count) / kPointsPerControlPoint;
-  std::array<KnotVector, D> knots;
-  for (std::size_t k = 0; k < D; ++k) {
-    const double from = domain.empty() ? input.from[k] : domain[2 * k],
-                 to = domain.empty() ? input.to[k] : domain[2 * k + 1];
-    if (!(from < to)) {
-      throw InvalidInput(
-          domain.empty()
-              ? fmt::format("all points have the same {} ({:g}): a fit needs points beside it",
-                            D == 1   ? "parameter"
-                            : k == 0 ? "first coordinate"
-                                     : "second coordinate",
-                            from)
-              : fmt::format("--domain is '{}': the first number of a pair must be the smaller one", arguments.domain));
-    }
-    if (!std::isfinite(to - from)) {
-      throw InvalidInput("the coordinates are so large that their differences are no numbers: use another unit");
-    }
-    const int degree = static_cast<int>(degrees[k]);
-    Index size = std::max<Index>(degree + 1, std::min<Index>(D == 1 ? kMostCurvePoints : kMostPointsPerDirection,
-                                                             static_cast<Index>(std::pow(wished, 1.0 / D))));
-    if (adaptive) size = std::min(size, degree + kFirstSpans);
-    if (!sizes.empty()) size = sizes[k];
-    if (size < degree + 1) {
-      throw InvalidInput(fmt::format("--size is '{}': degree {} needs at least {} control points", arguments.size,
-                                     degree, degree + 1));
-    }
-    knots[k] = KnotVector::uniformClamped(degree, size - degree, from, to);
-  }
-  Index product = 1;
-  for (const auto& k : knots) {
-    if (k.size() > wholeNumber("--most-points", arguments.mostPoints, 1) / product) {
-      throw InvalidInput(fmt::format(
-          "--size asks for more than {} control points: raise --most-points if that is meant", arguments.mostPoints));
-    }
-    product *= k.size();
-  }
-  return knots;
-}
 
 Smoothing smoothingOf(const FitArguments& arguments) {
   if (!arguments.noise.empty()) {
@@ -201,7 +152,10 @@ void keepSheet(const DrawnCloud& drawn, const FitPoints<2>& points, FitOptions<2
 template <int D>
 FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, const FitColumns& columns) {
   AdaptiveFitOptions<D> options;
-  if (!arguments.energy.empty()) options.fit.energy = energyNamed<D>(arguments.energy);
+  const auto bending = innerBendingNamed(arguments.energy);
+  if (bending && D == 1) throw InvalidInput("the data-dependent energy is for surfaces: curves have other energies");
+  // What follows the data starts with a plate.
+  if (!arguments.energy.empty()) options.fit.energy = energyNamed<D>(bending ? "thin-plate" : arguments.energy);
   options.fit.scale = parameterScaleNamed(arguments.scale);
   options.fit.smoothing = smoothingOf(arguments);
   options.mostPoints = wholeNumber("--most-points", arguments.mostPoints, 1);
@@ -231,12 +185,14 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   if (given && report.adaptive) throw InvalidInput("--start gives the knots: leave --tolerance out");
   if (given) holdBorder<D>(*given, arguments.hold, options.fit);
   if (given && columns.parameters.empty()) parametersOn<D>(*given, input);
-  auto start = given ? given->knots() : startKnots<D>(arguments, input, report.adaptive);
+  const KnotWishes wishes{arguments.degree, arguments.size, arguments.domain, arguments.mostPoints};
+  auto start = given ? given->knots() : startKnots<D>(wishes, input, report.adaptive);
   ProgressBar bar({1.0}, !arguments.json && !arguments.quiet, interrupted);
   options.fit.progress = bar.task(0);
   robust.fit = options.fit;
+  bool refining = report.adaptive;
   const auto fitPass = [&](const PointPass<D>& points, const std::array<KnotVector, D>& knots) {
-    if (!report.adaptive) return fitLeastSquares<D>(knots, input.columns, points, options.fit);
+    if (!refining) return fitLeastSquares<D>(knots, input.columns, points, options.fit);
     AdaptiveFit<D> result = fitWithin<D>(knots, input.columns, points, options);
     takeOver<D>(result, report);
     return std::move(result.fit);
@@ -262,7 +218,7 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
         throw InvalidInput("--domain is for points with parameters: give them, or leave it out");
       }
       // On a net as fine as without a tolerance: coarse cells would pass for folds.
-      drawn = drawOrRefuse({input.parameters, input.values, input.weights}, startKnots<D>(arguments, input, false),
+      drawn = drawOrRefuse({input.parameters, input.values, input.weights}, startKnots<D>(wishes, input, false),
                            options.fit.progress);
       report.drawing = jsonOf(*drawn);
       input.parameters = drawn->sheet.parameters;
@@ -286,6 +242,30 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
     fit = std::move(result.fit);
     if constexpr (D == 2) {
       if (drawn) keepSheet(*drawn, {result.parameters, input.values, input.weights}, options.fit, fit, report);
+    }
+    input.parameters = std::move(result.parameters);
+  }
+  if constexpr (D == 2) {
+    if (bending) {
+      refining = false;
+      const EnergyFitMaker again = [&](const FitOptions<2>& own, const Fit<2>& previous) {
+        options.fit = robust.fit = own;
+        if (input.streamed) return fitPass(input.pass, previous.spline.knots());
+        if (rounds > 0) {
+          input.parameters = closestPointsFrom<2>(previous.spline, input.values, input.parameters).parameters;
+        }
+        return make({input.parameters, input.values, input.weights}, &previous);
+      };
+      report.following = followEnergy(*bending, options.fit, again, fit);
+    }
+    if (arguments.normals.wanted()) {
+      const bool function = columns.kind == FitKind::function;
+      report.normals =
+          turnNormals(arguments.normals, input, function, options.fit, isRobust || isMinimax ? 0 : rounds, fit);
+    }
+    if (bending || arguments.normals.wanted()) {
+      report.reached = report.adaptive && fit.summary.insideShare() >= report.share;
+      report.outside = Json::array();  // of the fit before
     }
   }
   report.summary = fit.summary;
@@ -326,6 +306,8 @@ Json jsonOf(const FitReport& report) {
   if (!report.loss.is_null()) json["loss"] = report.loss;
   if (!report.drawing.is_null()) json["drawing"] = report.drawing;
   if (!report.correction.is_null()) json["correction"] = report.correction;
+  if (!report.following.is_null()) json["following"] = report.following;
+  if (!report.normals.is_null()) json["normals"] = report.normals;
   json["streamed"] = report.streamed;
   json["warnings"] = s.warnings;
   return json;
@@ -355,6 +337,8 @@ void print(const FitReport& report, const FitArguments& arguments, double second
     fmt::print("parameters  corrected in {} rounds, rms {} before\n", report.correction["rounds"].dump(),
                number(report.correction["rms"][0].get<double>()));
   }
+  if (!report.following.is_null()) fmt::print("{}", describeFollowing(report.following));
+  if (!report.normals.is_null()) fmt::print("{}", describeNormals(report.normals));
   if (report.adaptive) {
     fmt::print("tolerance   {:.6g} % of the points within {} ({} knots inserted in {} rounds, {} removed)\n",
                100 * s.insideShare(), number(report.tolerance), report.inserted, report.rounds, report.removed);
@@ -367,6 +351,22 @@ void print(const FitReport& report, const FitArguments& arguments, double second
   fmt::print("wrote {} in {}\n", arguments.output, duration(seconds));
 }
 
+// A surface instead of points.
+void turn(const FitArguments& a) {
+  for (const auto& [option, value] : {std::pair{"--kind", a.kind},
+                                      {"--size", a.size},
+                                      {"--domain", a.domain},
+                                      {"--noise", a.noise},
+                                      {"--tolerance", a.tolerance},
+                                      {"--conditions", a.conditions},
+                                      {"--correct", a.correct},
+                                      {"--energy", a.energy},
+                                      {"--loss", a.loss == "l2" ? std::string() : a.loss}}) {
+    if (!value.empty()) throw InvalidInput(fmt::format("{} is for points: '{}' holds a surface", option, a.input));
+  }
+  turnSurface(a.normals, {a.input, a.output, a.smoothing, a.commandLine, a.json, a.quiet});
+}
+
 void fit(const FitArguments& arguments) {
   const Stopwatch watch;
   requireWritable(arguments.output);
@@ -377,8 +377,12 @@ void fit(const FitArguments& arguments) {
                     static_cast<std::size_t>(wholeNumber("--threads", arguments.threads, 1)));
   }
   catchInterrupt();
+  if (arguments.normals.wanted() && holdsSplines(arguments.input)) return turn(arguments);
   const PointFile file(arguments.input);
   const FitColumns columns = fitColumns(file, arguments.kind);
+  if (arguments.normals.wanted() && columns.directions == 1) {
+    throw InvalidInput("--normals is for surfaces and functions of two variables, not for curves");
+  }
   const FitReport report =
       columns.directions == 1 ? fitAndWrite<1>(arguments, file, columns) : fitAndWrite<2>(arguments, file, columns);
   for (const auto& warning : report.summary.warnings) {
@@ -439,12 +443,14 @@ void addFit(CLI::App& program, const std::string& commandLine) {
                       "without parameters, else 0");
   command->add_option("--energy", arguments->energy,
                       "thin-plate, laplacian, third-order, laplacian-gradient, third-derivatives, q3, or a mixture; "
+                      "data-dependent or data-dependent-plate: bending in the geometry of the fit before; "
                       "default: third-derivatives, for lower degrees the highest there is");
   command
       ->add_option("--parameter-scale", arguments->scale,
                    "In which shape of the domain the energy is measured: "
                    "lengths, domain or unit")
       ->capture_default_str();
+  addNormalOptions(*command, arguments->normals);
   command->add_option("--conditions", arguments->conditions, "File of points that the result passes through exactly");
   CLI::Option* start = command->add_option(
       "--start", arguments->start, "File with a spline whose knots the fit takes, and whose border it keeps (--hold)");

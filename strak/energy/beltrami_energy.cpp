@@ -3,6 +3,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -157,6 +158,21 @@ void beltrami(const Metric& metric, const RowMatrix& basis, const Jet& x, Eigen:
                .transpose();
 }
 
+// The second covariant derivatives of all basis functions in an orthonormal frame: those in its directions and, times
+// the root of two, the mixed one.
+void hessian(const Metric& metric, const RowMatrix& basis, const Jet& x, Eigen::Ref<Eigen::MatrixXd> result) {
+  const Eigen::Matrix2d frame = metric.inverse.llt().matrixL();
+  Eigen::Matrix<double, 3, Eigen::Dynamic> second(3, basis.cols());
+  for (Index k = 0; k < 3; ++k) {
+    const Eigen::Vector2d c = metric.inverse * (x.middleRows<2>(1) * x.row(3 + k).transpose());
+    second.row(k) = basis.row(3 + k) - c[0] * basis.row(1) - c[1] * basis.row(2);
+  }
+  const double a = frame(0, 0), b = frame(1, 0), d = frame(1, 1);
+  result.col(0) = (a * a * second.row(0) + 2 * a * b * second.row(1) + b * b * second.row(2)).transpose();
+  result.col(1) = std::sqrt(2.0) * d * (a * second.row(1) + b * second.row(2)).transpose();
+  result.col(2) = d * d * second.row(2).transpose();
+}
+
 // The mean lengths of X_u and X_v.
 Eigen::Vector2d meanSpeeds(const Cells& cells, const std::vector<Cell>& active) {
   std::vector<Eigen::Vector3d> sums(active.size(), Eigen::Vector3d::Zero());
@@ -190,7 +206,7 @@ Eigen::SparseMatrix<double, Eigen::RowMajor> emptyMatrix(const Surface& surface)
 
 }  // namespace
 
-BeltramiEnergy::BeltramiEnergy(const Surface& reference, std::vector<int> unknownOf, int nodes)
+BeltramiEnergy::BeltramiEnergy(const Surface& reference, std::vector<int> unknownOf, int nodes, InnerBending bending)
     : unknownOf_(std::move(unknownOf)) {
   if (reference.pointDimension() != 3) {
     throw InvalidInput("the data-dependent energy needs a surface in space: give points with 3 coordinates");
@@ -207,16 +223,22 @@ BeltramiEnergy::BeltramiEnergy(const Surface& reference, std::vector<int> unknow
     throw InvalidInput("the reference of the data-dependent energy is a curve or a point: give a surface");
   }
   const Index m = cells.functions(), nv = reference.size(1), p = reference.degree(0), q = reference.degree(1);
+  const Index parts = bending == InnerBending::hessian ? 3 : 1;  // numbers a node
   std::vector<Eigen::MatrixXd> elements(std::min(kChunk, active.size()));
   for (std::size_t start = 0; start < active.size(); start += kChunk) {
     const std::size_t count = std::min(kChunk, active.size() - start);
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t c) {
-      Eigen::MatrixXd rows(m, static_cast<Index>(cells.nodes()));
+      Eigen::MatrixXd rows(m, parts * static_cast<Index>(cells.nodes()));
       Index node = 0;
       cells.visit(active[start + c], [&](double weight, const RowMatrix& basis, const Jet& x) {
         const Metric metric(x, speeds);
-        beltrami(metric, basis, x, rows.col(node));
-        rows.col(node++) *= std::sqrt(weight * metric.area);
+        if (bending == InnerBending::hessian) {
+          hessian(metric, basis, x, rows.middleCols(node, 3));
+        } else {
+          beltrami(metric, basis, x, rows.col(node));
+        }
+        rows.middleCols(node, parts) *= std::sqrt(weight * metric.area);
+        node += parts;
       });
       elements[c].noalias() = rows * rows.transpose();
     });

@@ -9,6 +9,11 @@
 // Source: Greiner, "Variational design and fairing of spline surfaces" (1994); Hoschek and Juettler (5.3), who print
 // the square of the gradient. That is of first order and at the reference just twice the area; meant is Beltrami's
 // operator.
+//
+// With free borders, as of fits, harmonic waves along them would cost nothing. The same with all second derivatives,
+//   int |Hess X|^2 dA ,  Hess f = f_ij - Gamma^k_ij f_k ,
+// does not forget them: at the reference it is the integral of k1^2 + k2^2, which differs from 4 H^2 by what the
+// borders alone decide (the errata on (5.1)).
 
 #include <Eigen/SparseCore>
 #include <vector>
@@ -18,6 +23,9 @@
 
 namespace strak {
 
+// |Delta X|^2, or |Hess X|^2.
+enum class InnerBending { beltrami, hessian };
+
 class BeltramiEnergy {
  public:
   // Of surfaces that have the knots and the weights of `reference`. `unknownOf`: for every control point the number of
@@ -26,7 +34,8 @@ class BeltramiEnergy {
   // count as a thousandth of the mean at least: large numbers, but no infinite ones. Cost: (p + 1)^6 operations a cell.
   // Multi-threaded, results independent of threads. Throws InvalidInput unless the reference lies in space, or if it is
   // a curve or a point everywhere.
-  BeltramiEnergy(const Surface& reference, std::vector<int> unknownOf, int nodes = 0);
+  BeltramiEnergy(const Surface& reference, std::vector<int> unknownOf, int nodes = 0,
+                 InnerBending bending = InnerBending::beltrami);
 
   // K, by control points, free or not: Q4(X) = sum of the three coordinates' x^T K x. Symmetric, positive semidefinite;
   // the coordinates' constants cost nothing. 1 / length^2.

@@ -25,29 +25,6 @@ constexpr double kManyTwoGroups = 0.05;
 // Eigenvalues of the polynomials' Gram matrix, relative to the largest, below which the points lie on a line.
 constexpr double kLeastDetermination = 1e-12;
 
-template <int D>
-NetMatrix energyMatrix(const QuadraticEnergy<D>& energy, const std::array<KnotVector, D>& knots) {
-  const EnergyOperator<D> op(energy, knots);
-  NetMatrix matrix(netSizes<D>(knots), netReach<D>(knots));
-  for (const auto& term : op.terms()) {
-    const BandMatrix& v = op.factors(D - 1)[static_cast<std::size_t>(term.factor[D - 1])];
-    for (Index i = 0; i < matrix.sizes[0]; ++i) {
-      for (int di = -matrix.reach[0]; di <= matrix.reach[0]; ++di) {
-        if (i + di < 0 || i + di >= matrix.sizes[0]) continue;
-        double factor = term.coefficient;
-        if constexpr (D == 2) factor *= op.factors(0)[static_cast<std::size_t>(term.factor[0])](i, i + di);
-        for (Index j = 0; j < matrix.sizes[1]; ++j) {
-          for (int dj = -matrix.reach[1]; dj <= matrix.reach[1]; ++dj) {
-            if (j + dj < 0 || j + dj >= matrix.sizes[1]) continue;
-            matrix.at(i * matrix.sizes[1] + j, di, dj) += factor * v(j, j + dj);
-          }
-        }
-      }
-    }
-  }
-  return matrix;
-}
-
 // The basis functions at a place, as a row over all control points.
 template <int D>
 Eigen::RowVectorXd basisRow(const std::array<KnotVector, D>& knots, const Eigen::Ref<const Point>& at) {
@@ -198,6 +175,45 @@ std::array<KnotVector, D> normalisedKnots(const Spline<D>& spline, ParameterScal
 }
 
 template <int D>
+NetMatrix energyMatrixOf(const QuadraticEnergy<D>& energy, const std::array<KnotVector, D>& knots) {
+  const EnergyOperator<D> op(energy, knots);
+  NetMatrix matrix(netSizes<D>(knots), netReach<D>(knots));
+  for (const auto& term : op.terms()) {
+    const BandMatrix& v = op.factors(D - 1)[static_cast<std::size_t>(term.factor[D - 1])];
+    for (Index i = 0; i < matrix.sizes[0]; ++i) {
+      for (int di = -matrix.reach[0]; di <= matrix.reach[0]; ++di) {
+        if (i + di < 0 || i + di >= matrix.sizes[0]) continue;
+        double factor = term.coefficient;
+        if constexpr (D == 2) factor *= op.factors(0)[static_cast<std::size_t>(term.factor[0])](i, i + di);
+        for (Index j = 0; j < matrix.sizes[1]; ++j) {
+          for (int dj = -matrix.reach[1]; dj <= matrix.reach[1]; ++dj) {
+            if (j + dj < 0 || j + dj >= matrix.sizes[1]) continue;
+            matrix.at(i * matrix.sizes[1] + j, di, dj) += factor * v(j, j + dj);
+          }
+        }
+      }
+    }
+  }
+  return matrix;
+}
+
+template <int D>
+void takeErrors(Fit<D>& fit, const PointPass<D>& points, double tolerance) {
+  FitErrors<D> errors(fit.spline, tolerance);
+  points([&](const FitPoints<D>& block) { errors.add(block); });
+  const auto worst = errors.worst();
+  FitSummary& summary = fit.summary;
+  summary.points = errors.count();
+  summary.outsideDomain = errors.outsideDomain();
+  summary.rms = std::sqrt(errors.squares() / errors.weight());
+  summary.max = worst.error;
+  summary.worstPoint = worst.point;
+  summary.worstPlace.assign(worst.parameters.begin(), worst.parameters.end());
+  summary.outsideTolerance = errors.outsideTolerance();
+  fit.cells = errors.cells();
+}
+
+template <int D>
 Fit<D> fitLeastSquares(const std::array<KnotVector, D>& knots, Index columns, const PointPass<D>& points,
                        const FitOptions<D>& options) {
   NormalEquations<D> equations(knots, columns);
@@ -237,12 +253,20 @@ Fit<D> fitLeastSquares(const std::array<KnotVector, D>& knots, Index columns, co
   const NetVectors start = problem.reference;
 
   const QuadraticEnergy<D> energy = energyFor<D>(knots, problem.data, options);
-  if (columns > 1 && D > 1 && options.scale == ParameterScale::lengths) {
-    problem.energy = energyMatrix<D>(energy, normalisedKnots<D>(Spline<D>(knots, start), ParameterScale::unit));
+  const auto energyIn = [&](const Net& net, ParameterScale scale) {
+    return energyMatrixOf<D>(energy, normalisedKnots<D>(Spline<D>(knots, net), scale));
+  };
+  if (options.energyMatrix.size() > 0) {
+    if (options.energyMatrix.sizes != problem.data.sizes || options.energyMatrix.reach != problem.data.reach) {
+      throw InvalidInput("the energy's matrix belongs to other knots than the fit's: make it on those");
+    }
+    problem.energy = options.energyMatrix;
+  } else if (columns > 1 && D > 1 && options.scale == ParameterScale::lengths) {
+    problem.energy = energyIn(start, ParameterScale::unit);
     const Smoothed shape = smooth(problem, Smoothing::fixed(kShapeSmoothing), solver);
-    problem.energy = energyMatrix<D>(energy, normalisedKnots<D>(Spline<D>(knots, shape.net), options.scale));
+    problem.energy = energyIn(shape.net, options.scale);
   } else {
-    problem.energy = energyMatrix<D>(energy, normalisedKnots<D>(Spline<D>(knots, start), options.scale));
+    problem.energy = energyIn(start, options.scale);
   }
 
   Fit<D> fit;
@@ -273,19 +297,9 @@ Fit<D> fitLeastSquares(const std::array<KnotVector, D>& knots, Index columns, co
   // What is held is held to the bit.
   for (Index r : options.held) net.row(r) = options.heldNet.row(r);
   fit.spline = Spline<D>(knots, std::move(net));
-  FitErrors<D> last(fit.spline, options.tolerance);
-  points([&](const FitPoints<D>& block) { last.add(block); });
-
-  const auto worst = last.worst();
-  summary.points = last.count();
-  summary.outsideDomain = last.outsideDomain();
+  takeErrors<D>(fit, points, options.tolerance);
   summary.lambda = smoothed.lambda;
   summary.freedom = smoothed.freedom;
-  summary.rms = std::sqrt(last.squares() / last.weight());
-  summary.max = worst.error;
-  summary.worstPoint = worst.point;
-  summary.worstPlace.assign(worst.parameters.begin(), worst.parameters.end());
-  summary.outsideTolerance = last.outsideTolerance();
   summary.energyName = energy.name;
   summary.energy = smoothed.energy;
   summary.crossValidation = std::sqrt(smoothed.crossValidation);
@@ -301,7 +315,8 @@ Fit<D> fitLeastSquares(const std::array<KnotVector, D>& knots, Index columns, co
   if (summary.outsideDomain > 0) {
     summary.warnings.push_back(fmt::format("{} points outside the domain were left out", summary.outsideDomain));
   }
-  fit.cells = last.cells();
+  fit.system = combined(problem.data, smoothed.lambda, problem.energy);
+  fit.energy = std::move(problem.energy);
   if (const auto groups = twoGroups<D>(fit); groups.share > kManyTwoGroups) {
     summary.warnings.push_back(
         fmt::format("in {:.0f} % of the knot cells' points the heights fall into two groups, for instance around "
@@ -363,6 +378,10 @@ template std::array<KnotVector, 1> normalisedKnots<1>(const Spline<1>&, Paramete
 template std::array<KnotVector, 2> normalisedKnots<2>(const Spline<2>&, ParameterScale);
 template Fit<1> fitLeastSquares<1>(const std::array<KnotVector, 1>&, Index, const PointPass<1>&, const FitOptions<1>&);
 template Fit<2> fitLeastSquares<2>(const std::array<KnotVector, 2>&, Index, const PointPass<2>&, const FitOptions<2>&);
+template void takeErrors<1>(Fit<1>&, const PointPass<1>&, double);
+template void takeErrors<2>(Fit<2>&, const PointPass<2>&, double);
+template NetMatrix energyMatrixOf<1>(const QuadraticEnergy<1>&, const std::array<KnotVector, 1>&);
+template NetMatrix energyMatrixOf<2>(const QuadraticEnergy<2>&, const std::array<KnotVector, 2>&);
 template TwoGroups<1> twoGroups<1>(const Fit<1>&);
 template TwoGroups<2> twoGroups<2>(const Fit<2>&);
 template Spline<1> graphOf<1>(const Spline<1>&);

@@ -40,6 +40,9 @@ template <int D>
 struct FitOptions {
   // No terms: fitEnergy, or the thin plate where the points do not determine the polynomials that it does not see.
   QuadraticEnergy<D> energy;
+  // If not empty: K of an energy on the fit's knots, normalised by its maker, in place of the matrix made of `energy`,
+  // which then only says the name and which polynomials the points have to determine.
+  NetMatrix energyMatrix;
   // In which shape of the domain the energy is measured. For points in space the lengths are those of a stiff first
   // fit; for functions the knots are lengths already.
   ParameterScale scale = ParameterScale::lengths;
@@ -90,6 +93,9 @@ struct Fit {
   Spline<D> spline;  // as many coordinates as the values have
   FitSummary summary;
   std::vector<typename FitErrors<D>::Cell> cells;  // of the knot cells, the last direction fastest
+  // The quadratic problem that the spline solves, a row a control point: that with the data, (mean of w B B^T) + lambda
+  // K, and K alone. What comes after the fit (prescribed normals) is measured by them.
+  NetMatrix system, energy;
 };
 
 // Fits a spline on `knots` to points with `columns` values each. Two passes over the points, the normal equations and
@@ -109,12 +115,20 @@ Fit<D> fitLeastSquares(const std::array<KnotVector, D>& knots, const FitPoints<D
   return fitLeastSquares<D>(knots, points.values.cols(), passOf<D>(points), options);
 }
 
+// Writes the errors of fit.spline at the points into its summary and cells: counts, rms, largest, places. One pass.
+template <int D>
+void takeErrors(Fit<D>& fit, const PointPass<D>& points, double tolerance);
+
 template <int D>
 TwoGroups<D> twoGroups(const Fit<D>& fit);
 
 // The knots with the domain scaled to volume 1 in the shape that `scale` says; see above.
 template <int D>
 std::array<KnotVector, D> normalisedKnots(const Spline<D>& spline, ParameterScale scale);
+
+// K of the energy on these knots, whole.
+template <int D>
+NetMatrix energyMatrixOf(const QuadraticEnergy<D>& energy, const std::array<KnotVector, D>& knots);
 
 // The graph of a function, (2.3): curve (x, f(x)) or surface (x, y, f(x, y)). Throws InvalidInput unless the function
 // has one coordinate.

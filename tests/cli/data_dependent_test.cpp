@@ -1,5 +1,9 @@
 // `strak fair --energy data-dependent`: what comes out, and which options do not go with it.
 
+#include <fmt/format.h>
+
+#include <cmath>
+
 #include "tests/cli/program.h"
 
 namespace strak::test {
@@ -78,6 +82,35 @@ TEST_F(DataDependent, CurvesAreLeftAlone) {
   write("curve.g2", g2(wavyCurve(3, 20)));
   const Outcome outcome =
       strak({"fair", path("curve.g2"), "-o", path("out.g2"), "--tolerance", "0.01", "--energy", "data-dependent"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("surfaces"), std::string::npos) << outcome.err;
+}
+
+TEST_F(DataDependent, IsAnEnergyOfFits) {
+  std::string points;
+  for (int i = 0; i <= 30; ++i) {
+    for (int j = 0; j <= 30; ++j) {
+      const double x = i / 10.0, y = j / 10.0;
+      points += fmt::format("{} {} {}\n", x, y, std::sin(x) * std::cos(y) + 0.01 * ((i * 7 + j * 13) % 5 - 2));
+    }
+  }
+  write("points.xyz", points);
+  for (const char* energy : {"data-dependent", "data-dependent-plate"}) {
+    for (const char* kind : {"function", "surface"}) {
+      const auto object = json({"fit", path("points.xyz"), "-o", path("out.g2"), "--size", "12", "--energy", energy,
+                                "--kind", kind})["objects"][0];
+      EXPECT_EQ(object["energy"]["name"], energy);
+      EXPECT_TRUE(object["following"]["settled"]) << energy << ' ' << kind;
+      EXPECT_GT(object["smoothing"]["lambda"].get<double>(), 0);
+      EXPECT_LT(object["rms"].get<double>(), 0.016);
+    }
+  }
+  const auto within = json({"fit", path("points.xyz"), "-o", path("out.g2"), "--tolerance", "0.05", "--energy",
+                            "data-dependent"})["objects"][0];
+  EXPECT_TRUE(within["tolerance"]["reached"]);
+  EXPECT_EQ(within["energy"]["name"], "data-dependent");
+  write("curve.txt", "0 0\n1 1\n2 0\n3 1\n4 4\n5 5\n");
+  const Outcome outcome = strak({"fit", path("curve.txt"), "-o", path("no.g2"), "--energy", "data-dependent"});
   EXPECT_EQ(outcome.code, 2);
   EXPECT_NE(outcome.err.find("surfaces"), std::string::npos) << outcome.err;
 }

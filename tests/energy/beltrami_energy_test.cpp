@@ -97,6 +97,24 @@ TEST(BeltramiEnergy, EnnepersSurfaceCostsNothing) {
   EXPECT_NEAR(BeltramiEnergy(enneper, allFree(enneper), 12).value(net), 0, 1e-12);
 }
 
+// All second derivatives: over a plane those of z = x^2 y^2, and over itself int k1^2 + k2^2.
+TEST(BeltramiEnergy, TheHessianIsTheThinPlateOfTheInnerGeometry) {
+  const double a = 2, c = 3;
+  const Surface reference = plane(2, 2, 1, 1, a, 0, c);
+  Net net = Net::Zero(9, 3);
+  net(8, 2) = a * a * c * c;
+  const double exact = 4 * a * std::pow(c, 5) / 5 + 32 * std::pow(a * c, 3) / 9 + 4 * c * std::pow(a, 5) / 5;
+  const BeltramiEnergy flat(reference, allFree(reference), 0, InnerBending::hessian);
+  EXPECT_NEAR(flat.value(net), exact, 1e-12 * exact);
+  EXPECT_NEAR(flat.value(reference.net()), 0, 1e-12);
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    const Surface sheet = bentSheet(3, 4, 3, 2, 0.05, seed);
+    const double plate = ShapeEnergy(sheet, allFree(sheet), 12).values(sheet.net()).plate;
+    const BeltramiEnergy own(sheet, allFree(sheet), 12, InnerBending::hessian);
+    EXPECT_NEAR(own.value(sheet.net()), plate, 1e-9 * plate);
+  }
+}
+
 RC_GTEST_PROP(BeltramiEnergy, DependsNeitherOnKnotsNorOnUnitsNorOnThePlace, ()) {
   const auto seed = *rc::gen::arbitrary<unsigned>();
   const int p = *rc::gen::inRange(2, 5), q = *rc::gen::inRange(2, 5);
@@ -107,16 +125,17 @@ RC_GTEST_PROP(BeltramiEnergy, DependsNeitherOnKnotsNorOnUnitsNorOnThePlace, ()) 
     other = withRandomWeights(other, seed);
   }
   const Net points = other.euclideanNet();
-  const double value = BeltramiEnergy(sheet, allFree(sheet)).value(points);
+  const auto bending = *rc::gen::element(InnerBending::beltrami, InnerBending::hessian);
+  const double value = BeltramiEnergy(sheet, allFree(sheet), 0, bending).value(points);
   RC_ASSERT(value > 0);
   const Surface knots{{sheet.knots(0).rescaled(-3, 17), sheet.knots(1).rescaled(5, 5.01)}, sheet.net(), rational};
-  RC_ASSERT(std::abs(BeltramiEnergy(knots, allFree(sheet)).value(points) / value - 1) < 1e-9);
+  RC_ASSERT(std::abs(BeltramiEnergy(knots, allFree(sheet), 0, bending).value(points) / value - 1) < 1e-9);
   Surface large = sheet;
   large.net().leftCols(3) *= 1000;
-  RC_ASSERT(std::abs(BeltramiEnergy(large, allFree(sheet)).value(1000 * points) / value - 1) < 1e-9);
+  RC_ASSERT(std::abs(BeltramiEnergy(large, allFree(sheet), 0, bending).value(1000 * points) / value - 1) < 1e-9);
   Net far = points;
   far.rowwise() += Eigen::RowVector3d(1e4, -2e4, 3e4);
-  RC_ASSERT(std::abs(BeltramiEnergy(sheet, allFree(sheet)).value(far) / value - 1) < 1e-6);
+  RC_ASSERT(std::abs(BeltramiEnergy(sheet, allFree(sheet), 0, bending).value(far) / value - 1) < 1e-6);
 }
 
 // u = t^2 makes another net of the same two surfaces: the same energy, unlike that of the parameters.
