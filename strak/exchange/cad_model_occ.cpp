@@ -1,6 +1,4 @@
 #include <BRepBndLib.hxx>
-#include <BRepBuilderAPI_MakeEdge.hxx>
-#include <BRepBuilderAPI_MakeFace.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
 #include <Bnd_Box.hxx>
@@ -39,6 +37,7 @@
 #include "strak/exchange/shared_edges_occ.h"
 #include "strak/exchange/shared_geometry_occ.h"
 #include "strak/exchange/signal_guard_occ.h"
+#include "strak/exchange/write_splines_occ.h"
 #include "strak/spline/evaluate.h"
 
 namespace strak::cad {
@@ -426,14 +425,6 @@ class CadModel : public Model {
   FollowingEdges followingEdges_;
 };
 
-TopoDS_Shape shapeOf(const AnySpline& spline, double unitLength) {
-  if (const auto* surface = std::get_if<Surface>(&spline)) {
-    return BRepBuilderAPI_MakeFace(fromSpline(*surface, unitLength), Precision::Confusion());
-  }
-  if (const auto* curve = std::get_if<Curve>(&spline)) return BRepBuilderAPI_MakeEdge(fromSpline(*curve, unitLength));
-  throw InvalidInput("CAD files hold curves and surfaces, no volumes: write .g2 or .json");
-}
-
 std::unique_ptr<Model> readCadModel(const std::filesystem::path& path, FileKind kind) {
   CadFile file = readCadFile(path, kind);
   std::unique_ptr<Model> model;
@@ -449,35 +440,6 @@ std::unique_ptr<Model> readCadModel(const std::filesystem::path& path, FileKind 
   throw InvalidInput(fmt::format("'{}' cannot be read: it is damaged, its references lead nowhere", path.string()));
 }
 
-void writeCadSplines(const std::filesystem::path& path, FileKind kind, const std::vector<PlainObject>& objects,
-                     const std::string& unit) {
-  CadFile file;
-  file.kind = kind;
-  file.unit = unitNamed(unit);
-  try {
-    {
-      const std::lock_guard lock(readerMutex());
-      file.document = newDocument();
-    }
-    BRep_Builder builder;
-    builder.MakeCompound(file.shape);
-    const Handle(XCAFDoc_ShapeTool) tool = XCAFDoc_DocumentTool::ShapeTool(file.document->Main());
-    for (const PlainObject& object : objects) {
-      if (!object.spline) continue;
-      const TopoDS_Shape shape = shapeOf(*object.spline, file.unit.millimetres);
-      builder.Add(file.shape, shape);
-      const TDF_Label label = tool->AddShape(shape, false);
-      if (!object.name.empty()) {
-        TDataStd_Name::Set(label, TCollection_ExtendedString(object.name.c_str(), true));
-      }
-    }
-  } catch (const Standard_Failure& failure) {
-    throw InvalidInput(
-        fmt::format("'{}': Open CASCADE cannot hold these splines ({})", path.string(), failure.GetMessageString()));
-  }
-  writeCadFile(file, path, kind);
-}
-
 }  // namespace
 }  // namespace strak::cad
 
@@ -486,7 +448,7 @@ namespace strak {
 void enableCad() {
   static const bool once = [] {
     Message::DefaultMessenger()->ChangePrinters().Clear();  // the kernel's chatter is not for our users
-    setCadFormats({cad::readCadModel, cad::writeCadSplines});
+    setCadFormats({cad::readCadModel, cad::writeCadSplines, cad::writeCadTrimmed});
     return true;
   }();
   static_cast<void>(once);
