@@ -34,9 +34,9 @@ Net placesInside(const Surface& surface, const Eigen::Ref<const Net>& parameters
 }
 
 Json jsonOf(const FairLoop& loop) {
-  return {{"points", loop.points},       {"corners", loop.corners},  {"length", loop.length},
-          {"area", loop.area},           {"rms", loop.rms},          {"deviation", loop.deviation},
-          {"tolerance", loop.tolerance}, {"polygon", loop.isPolygon}};
+  return {{"points", loop.points},       {"corners", loop.corners}, {"length", loop.length},
+          {"area", loop.area},           {"rms", loop.rms},         {"deviation", loop.deviation},
+          {"tolerance", loop.tolerance}, {"pinned", loop.pinned}};
 }
 
 }  // namespace
@@ -82,11 +82,11 @@ Json writeTrimmedFit(const TrimArguments& arguments, const std::string& output, 
   const std::vector<FairPart> fair = fairBorders(places, borders, options);
 
   Json loops = Json::array();
-  Index polygons = 0;
+  Index pinned = 0;
   double area = 0, triangles = 0;
   const auto take = [&](const FairLoop& loop) {
     loops.push_back(jsonOf(loop));
-    polygons += loop.isPolygon ? 1 : 0;
+    pinned += loop.pinned;
     area += loop.area;
     TrimLoop curves = loop.pieces;
     for (Curve& curve : curves) {
@@ -118,9 +118,9 @@ Json writeTrimmedFit(const TrimArguments& arguments, const std::string& output, 
     warnings.push_back(
         fmt::format("the points lie in {} separate parts: the file has a trimmed face for each", parts.size()));
   }
-  if (polygons > 0) {
-    warnings.push_back(fmt::format("{} of {} trimming loops are polygons: no fair curve keeps clear of the others",
-                                   polygons, loops.size()));
+  if (pinned > 0) {
+    warnings.push_back(fmt::format(
+        "the trimming runs straight through {} border points, where no fair curve keeps clear of the others", pinned));
   }
   if (!audit.valid) {
     warnings.push_back("Open CASCADE's checker does not accept the trimmed face as it is read back from the file");

@@ -29,14 +29,14 @@ constexpr double kCalmWindows = 0.9;    // part of the windows that count
 constexpr double kNoiseSlack = 1.25;
 constexpr double kExact = 1e-3;     // of the spacing: so near is near enough
 constexpr double kSharpened = 2.5;  // so many edges away a corner may lie: the border's triangles leave corners out
-constexpr Index kMostSpans = 400;   // of a piece
+constexpr Index kMostSpans = 1000;  // of a piece
 constexpr double kStiffest = 100, kSoftest = 1e-12, kStep = 0.25;  // weights of the energy that are tried
 constexpr double kClearance = 1e-3;                                // of the spacing: how near curves may come
 
 double cross(const Vector2d& a, const Vector2d& b) { return a[0] * b[1] - a[1] * b[0]; }
 
-// How faithful a loop is.
-enum class Level { fair, close, polygon };
+constexpr int kPinned = 4;   // points on both sides of such a place, at most
+constexpr int kRounds = 30;  // of fits; after the last the loops that are not clear become polygons
 
 struct CornerPoint {
   Index number;  // of the point
@@ -215,13 +215,18 @@ struct Limits {
   double noise = 0;      // root mean square of all
 };
 
+struct Trial {
+  Curve curve;
+  double largest = std::numeric_limits<double>::infinity();  // error
+  bool within = false;
+};
+
 // The fairest curve within the limits, else the nearest one. Only the `count` points from `first` on are looked at.
-Curve fairest(const std::array<KnotVector, 1>& knots, const FitPoints<1>& points, Index first, Index count,
+Trial fairest(const std::array<KnotVector, 1>& knots, const FitPoints<1>& points, Index first, Index count,
               FitOptions<1> options, const Limits& limits) {
   options.energy = thinPlate<1>();
   options.scale = ParameterScale::unit;
-  Curve best;
-  double least = std::numeric_limits<double>::infinity();
+  Trial best;
   for (double weight = kStiffest; weight >= kSoftest; weight *= kStep) {
     options.smoothing = Smoothing::fixed(weight);
     Curve curve = fitLeastSquares<1>(knots, points, options).spline;
@@ -229,11 +234,20 @@ Curve fairest(const std::array<KnotVector, 1>& knots, const FitPoints<1>& points
         closestPointsFrom<1>(curve, points.values.middleRows(first, count), points.parameters.middleRows(first, count))
             .distances;
     const double largest = errors.maxCoeff(), rms = std::sqrt(errors.squaredNorm() / static_cast<double>(count));
-    if (largest <= limits.tolerance && rms <= limits.noise) return curve;
-    if (largest < least) best = std::move(curve);
-    least = std::min(least, largest);
+    const bool within = largest <= limits.tolerance && rms <= limits.noise;
+    if (within || largest < best.largest) best = {std::move(curve), largest, within};
+    if (within) break;
   }
   return best;
+}
+
+// `fit` makes a trial with that many spans: few, and if those are too stiff as many as there are points.
+template <typename Maker>
+Curve fewestSpans(Index count, Index least, const Maker& fit) {
+  Trial few = fit(std::clamp<Index>(count / 2, least, kMostSpans));
+  if (few.within) return few.curve;
+  Trial many = fit(std::clamp<Index>(count, least, kMostSpans));
+  return many.within || many.largest < few.largest ? many.curve : few.curve;
 }
 
 // From corner to corner; what lies between them in order.
@@ -249,19 +263,20 @@ Curve fairPiece(const Vector2d& from, const Net& between, const Vector2d& to, co
     parameters(i, 0) = gone;
   }
   parameters /= gone + (to - last).norm();
-  const std::array<KnotVector, 1> knots{
-      KnotVector::uniformClamped(kDegree, std::clamp<Index>(count / 2, 1, kMostSpans))};
-  FitOptions<1> options;
-  options.held = {0, knots[0].size() - 1};
-  options.heldNet = Net::Zero(knots[0].size(), 2);
-  options.heldNet.row(0) = from.transpose();
-  options.heldNet.row(knots[0].size() - 1) = to.transpose();
-  return fairest(knots, {parameters, between}, 0, count, options, limits);
+  return fewestSpans(count, 1, [&](Index spans) {
+    const std::array<KnotVector, 1> knots{KnotVector::uniformClamped(kDegree, spans)};
+    FitOptions<1> options;
+    options.held = {0, knots[0].size() - 1};
+    options.heldNet = Net::Zero(knots[0].size(), 2);
+    options.heldNet.row(0) = from.transpose();
+    options.heldNet.row(knots[0].size() - 1) = to.transpose();
+    return fairest(knots, {parameters, between}, 0, count, options, limits);
+  });
 }
 
 // A loop without corners: three turns of it are fitted and the middle one, which does not feel the ends, is closed.
 Curve fairRound(const Loop& loop, const Limits& limits) {
-  const Index count = loop.count(), spans = std::clamp<Index>(count / 2, kDegree + 1, kMostSpans);
+  const Index count = loop.count();
   Net parameters(3 * count, 1), values(3 * count, 2);
   for (Index turn = 0; turn < 3; ++turn) {
     double gone = 0;
@@ -271,8 +286,11 @@ Curve fairRound(const Loop& loop, const Limits& limits) {
       gone += loop.edge(i);
     }
   }
-  const Curve turns =
-      fairest({KnotVector::uniformClamped(kDegree, 3 * spans, 0, 3)}, {parameters, values}, count, count, {}, limits);
+  const Curve turns = fewestSpans(count, kDegree + 1, [&](Index spans) {
+    return fairest({KnotVector::uniformClamped(kDegree, 3 * spans, 0, 3)}, {parameters, values}, count, count, {},
+                   limits);
+  });
+  const Index spans = (turns.size(0) - kDegree) / 3;
   // Functions spans .. 2 spans + 2 are those alive in the middle turn; the last three repeat the first three.
   std::vector<double> knots;
   for (Index i = -kDegree; i <= spans + kDegree; ++i) {
@@ -286,49 +304,105 @@ Curve fairRound(const Loop& loop, const Limits& limits) {
   return toClamped<1>(Curve({KnotVector(kDegree, std::move(knots))}, std::move(net)), 0);
 }
 
-FairLoop fairLoop(const Loop& loop, Limits limits, Level level, const Eigen::AlignedBox2d& domain) {
-  FairLoop result;
-  result.points = loop.count();
-  result.tolerance = limits.tolerance;
-  if (level == Level::close) limits = {limits.tolerance / 4, limits.noise / 4};
-  if (level == Level::polygon || loop.count() < kDegree + 2) {
-    result.isPolygon = true;
-    for (Index i = 0; i < loop.count(); ++i) result.pieces.push_back(lineBetween(loop.at(i), loop.at(i + 1)));
-    result.corners = loop.count();
-  } else {
-    std::vector<CornerPoint> corners = findCorners(loop, level == Level::fair);
-    for (CornerPoint& corner : corners) {
-      if (!domain.isEmpty()) corner.place = corner.place.cwiseMax(domain.min()).cwiseMin(domain.max());
-    }
-    result.corners = static_cast<Index>(corners.size());
-    if (corners.empty()) result.pieces.push_back(fairRound(loop, limits));
-    for (std::size_t c = 0; c < corners.size(); ++c) {
-      const CornerPoint &from = corners[c], &to = corners[(c + 1) % corners.size()];
-      const Index steps = loop.wrapped(to.number - from.number - 1);
-      Net between(steps, 2);
-      for (Index k = 0; k < steps; ++k) between.row(k) = loop.points().row(loop.wrapped(from.number + 1 + k));
-      result.pieces.push_back(fairPiece(from.place, between, to.place, limits));
-    }
+// A loop's curves and how far its points are from them.
+struct Pieces {
+  CurveLoop curves;
+  std::vector<Index> starts;  // of each curve: the number of its corner; none for a loop without corners
+  Eigen::VectorXd errors;
+};
+
+// Between the corners; points that are pinned are corners, too, and stay where they are.
+Pieces fairPieces(const Loop& loop, const Limits& limits, bool sharpen, const std::vector<char>& pinned,
+                  const Eigen::AlignedBox2d& domain) {
+  Pieces result;
+  std::vector<CornerPoint> corners;
+  for (const CornerPoint& corner : findCorners(loop, sharpen)) {
+    if (pinned[static_cast<std::size_t>(corner.number)] == 0) corners.push_back(corner);
   }
-  if (domain.isEmpty()) return result;
-  for (Curve& piece : result.pieces) {
-    Eigen::Ref<Net> net = piece.net();
-    for (Index k = 0; k < 2; ++k) net.col(k) = net.col(k).cwiseMax(domain.min()[k]).cwiseMin(domain.max()[k]);
+  for (CornerPoint& corner : corners) {
+    if (!domain.isEmpty()) corner.place = corner.place.cwiseMax(domain.min()).cwiseMin(domain.max());
+  }
+  for (Index i = 0; i < loop.count(); ++i) {
+    if (pinned[static_cast<std::size_t>(i)] != 0) corners.push_back({i, loop.at(i)});
+  }
+  std::sort(corners.begin(), corners.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
+  for (const CornerPoint& corner : corners) result.starts.push_back(corner.number);
+  result.errors = Eigen::VectorXd::Constant(loop.count(), std::numeric_limits<double>::infinity());
+  const auto add = [&](Curve curve, Index first, Index count) {
+    Eigen::Ref<Net> net = curve.net();
+    for (Index k = 0; k < 2 && !domain.isEmpty(); ++k) {
+      net.col(k) = net.col(k).cwiseMax(domain.min()[k]).cwiseMin(domain.max()[k]);
+    }
+    Net own(count, 2);
+    for (Index k = 0; k < count; ++k) own.row(k) = loop.points().row(loop.wrapped(first + k));
+    const Eigen::VectorXd distances = closestPoints<1>(curve, own).distances;
+    for (Index k = 0; k < count; ++k) {
+      double& error = result.errors[loop.wrapped(first + k)];
+      error = std::min(error, distances[k]);
+    }
+    result.curves.push_back(std::move(curve));
+  };
+  if (corners.empty()) add(fairRound(loop, limits), 0, loop.count());
+  for (std::size_t c = 0; c < corners.size(); ++c) {
+    const CornerPoint &from = corners[c], &to = corners[(c + 1) % corners.size()];
+    const Index steps = loop.wrapped(to.number - from.number - 1);
+    Net between(steps, 2);
+    for (Index k = 0; k < steps; ++k) between.row(k) = loop.points().row(loop.wrapped(from.number + 1 + k));
+    add(fairPiece(from.place, between, to.place, limits), from.number, steps + 2);
   }
   return result;
 }
 
-void measure(const Loop& loop, double flatness, FairLoop& result) {
-  Eigen::VectorXd nearest = Eigen::VectorXd::Constant(loop.count(), std::numeric_limits<double>::infinity());
-  if (result.isPolygon) {
-    nearest.setZero();
-  } else {
-    for (const Curve& piece : result.pieces) {
-      nearest = nearest.cwiseMin(closestPoints<1>(piece, loop.points()).distances);
-    }
+FairLoop fairLoop(const Loop& loop, Limits limits, int round, const std::vector<char>& pinned,
+                  const Eigen::AlignedBox2d& domain, std::vector<Index>& starts) {
+  FairLoop result;
+  result.points = loop.count();
+  result.tolerance = limits.tolerance;
+  result.pinned = std::count(pinned.begin(), pinned.end(), 1);
+  if (round > 0) limits = {limits.tolerance / 4, limits.noise / 4};
+  Pieces pieces = fairPieces(loop, limits, round == 0, pinned, domain);
+  if (round == 0 && pieces.errors.maxCoeff() > limits.tolerance) {
+    // The sharpened corners are too far from the points.
+    pieces = fairPieces(loop, limits, false, pinned, domain);
   }
-  result.deviation = nearest.maxCoeff();
-  result.rms = std::sqrt(nearest.squaredNorm() / static_cast<double>(loop.count()));
+  result.pieces = std::move(pieces.curves);
+  result.corners = static_cast<Index>(pieces.starts.size()) - result.pinned;
+  starts = std::move(pieces.starts);
+  result.deviation = pieces.errors.maxCoeff();
+  result.rms = std::sqrt(pieces.errors.squaredNorm() / static_cast<double>(loop.count()));
+  return result;
+}
+
+// Pins the points of the pieces that are not clear next to the places, and more of them from round to round. Returns
+// whether there were any.
+bool pin(const Loop& loop, const std::vector<NearPlace>& places, const std::vector<Index>& starts, int round,
+         std::vector<char>& pinned) {
+  bool any = false;
+  for (const NearPlace& near : places) {
+    Index first = 0, count = loop.count();
+    if (!starts.empty()) {
+      first = starts[near.piece];
+      count = loop.wrapped(starts[(near.piece + 1) % starts.size()] - first - 1) + 2;
+    }
+    Index nearest = first;
+    double least = std::numeric_limits<double>::infinity();
+    for (Index i = first; i < first + count; ++i) {
+      const double distance = (loop.at(i) - near.place).norm();
+      if (pinned[static_cast<std::size_t>(loop.wrapped(i))] != 0 || distance >= least) continue;
+      least = distance;
+      nearest = i;
+    }
+    if (least == std::numeric_limits<double>::infinity()) continue;  // it is straight
+    const Index reach = std::min(round, kPinned);
+    for (Index i = std::max(first, nearest - reach); i <= std::min(first + count - 1, nearest + reach); ++i) {
+      pinned[static_cast<std::size_t>(loop.wrapped(i))] = 1;
+    }
+    any = true;
+  }
+  return any;
+}
+
+void measure(double flatness, FairLoop& result) {
   const std::vector<Vector2d> polygon = flattened(result.pieces, flatness);
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Vector2d a = polygon[i] - polygon[0], b = polygon[(i + 1) % polygon.size()] - polygon[0];
@@ -360,26 +434,30 @@ std::vector<FairPart> fairBorders(const Eigen::Ref<const Net>& points, const Bor
     take(part.outer);
     for (const BorderLoop& hole : part.holes) take(hole);
   }
-  std::vector<Level> levels(loops.size(), Level::fair);
+  std::vector<std::vector<char>> pinned;
+  for (const Loop& loop : loops) {
+    pinned.emplace_back(static_cast<std::size_t>(loop.count()), loop.count() < kDegree + 2 ? 1 : 0);
+  }
   std::vector<FairLoop> fair(loops.size());
   std::vector<CurveLoop> curves(loops.size());
-  std::vector<char> clear(loops.size(), 0);
-  for (;;) {
+  std::vector<std::vector<Index>> starts(loops.size());
+  std::vector<int> rounds(loops.size(), 0);
+  std::vector<char> todo(loops.size(), 1);
+  while (std::count(todo.begin(), todo.end(), 1) > 0) {
     for (std::size_t i = 0; i < loops.size(); ++i) {
-      if (clear[i] != 0) continue;
-      fair[i] = fairLoop(loops[i], limits[i], levels[i], options.domain);
+      if (todo[i] == 0) continue;
+      fair[i] = fairLoop(loops[i], limits[i], rounds[i], pinned[i], options.domain, starts[i]);
       curves[i] = fair[i].pieces;
     }
-    clear = clearLoops(curves, kClearance * least);
-    bool again = false;
+    const auto places = placesNotClear(curves, kClearance * least);
     for (std::size_t i = 0; i < loops.size(); ++i) {
-      if (clear[i] != 0 || levels[i] == Level::polygon) continue;
-      levels[i] = levels[i] == Level::fair ? Level::close : Level::polygon;
-      again = true;
+      todo[i] = !places[i].empty() && fair[i].pinned < fair[i].points ? 1 : 0;
+      if (todo[i] == 0) continue;
+      const bool moved = ++rounds[i] <= 1 || pin(loops[i], places[i], starts[i], rounds[i], pinned[i]);
+      if (!moved || rounds[i] >= kRounds) std::fill(pinned[i].begin(), pinned[i].end(), 1);
     }
-    if (!again) break;
   }
-  for (std::size_t i = 0; i < loops.size(); ++i) measure(loops[i], kClearance * limits[i].tolerance, fair[i]);
+  for (std::size_t i = 0; i < loops.size(); ++i) measure(kClearance * limits[i].tolerance, fair[i]);
   std::vector<FairPart> parts;
   auto next = fair.begin();
   for (const BorderPart& part : borders.parts) {

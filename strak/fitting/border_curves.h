@@ -2,9 +2,10 @@
 //
 // Fair closed curves along the borders of a cloud: the trimming curves of a fitted surface.
 //
-// Between corners a loop is the cubic spline of least squares with the energy of bending whose weight makes the product
-// of mean squared error and energy least, a corner of the L-curve (Reginska 1996): a ragged border is smoothed, an
-// exact one is kept. The tolerance bounds what smoothing may do. Loops without corners close with continuous curvature.
+// Between corners a loop is the cubic spline of least squares with the largest weight of the energy of bending that the
+// border allows: points may be as far from it as they stray from smooth lines themselves, so that a ragged border is
+// smoothed and an exact one is kept; or as far as a tolerance says. Loops without corners close with continuous
+// curvature.
 
 #include <Eigen/Geometry>
 
@@ -14,7 +15,7 @@
 namespace strak {
 
 struct BorderCurveOptions {
-  double tolerance = 0;        // no border point is to be farther from its curve; 0: by the points next to each loop
+  double tolerance = 0;        // how far border points may be from their curve; 0: as far as they stray
   Eigen::AlignedBox2d domain;  // the curves stay inside; empty: anywhere
 };
 
@@ -25,8 +26,8 @@ struct FairLoop {
   double tolerance = 0;
   double deviation = 0, rms = 0;  // of the border points from the curve
   double length = 0;
-  double area = 0;         // as BorderLoop's
-  bool isPolygon = false;  // no fair curve keeps clear of the others: the polygon of the border points
+  double area = 0;   // as BorderLoop's
+  Index pinned = 0;  // border points that the loop runs through straight: no fair curve keeps clear there
 };
 
 struct FairPart {
@@ -35,9 +36,9 @@ struct FairPart {
 };
 
 // The curves of the loops that findBorders has found in `points`. Curves are proven to cross neither themselves nor one
-// another; where smoothing would bring that about the loop is fitted again with a quarter of the tolerance, and if that
-// does not do it becomes the polygon. Cost: some thirty small fits a loop. Throws InvalidInput for a negative
-// tolerance.
+// another. Where smoothing would bring that about the loop is fitted again with a quarter of the tolerance; where that
+// is not enough the border points around are joined by straight lines, more of them from round to round. Cost: some
+// ten small fits a loop and round. Throws InvalidInput for a negative tolerance.
 std::vector<FairPart> fairBorders(const Eigen::Ref<const Net>& points, const Borders& borders,
                                   const BorderCurveOptions& options = {});
 

@@ -72,6 +72,23 @@ std::uint32_t alongHilbert(std::uint32_t x, std::uint32_t y) {
   return place;
 }
 
+struct Box {
+  Eigen::RowVector2d low{0, 0};
+  double size = 0;  // of the longer side
+};
+
+Box boxOf(const Eigen::Ref<const Net>& points) {
+  if (points.cols() != 2) throw InvalidInput("a triangulation of the plane needs points with two coordinates");
+  if (points.rows() > kMost) throw InvalidInput("too many points to be triangulated: thin them out");
+  if (points.rows() == 0) return {};
+  Box box{points.colwise().minCoeff(), 0};
+  box.size = (points.colwise().maxCoeff() - box.low).maxCoeff();
+  if (!points.allFinite() || !std::isfinite(box.size)) {
+    throw InvalidInput("a point to be triangulated is not a finite number, or too large: remove it");
+  }
+  return box;
+}
+
 class Builder {
  public:
   explicit Builder(std::vector<Place> points) : places_(std::move(points)) {
@@ -184,32 +201,34 @@ class Builder {
 
 }  // namespace
 
-Triangulation delaunay(const Eigen::Ref<const Net>& points) {
-  if (points.cols() != 2) throw InvalidInput("a triangulation of the plane needs points with two coordinates");
-  if (points.rows() > kMost) throw InvalidInput("too many points to be triangulated: thin them out");
-  if (!points.allFinite()) throw InvalidInput("a point to be triangulated is not a finite number: remove it");
-  if (points.rows() == 0) return {};
-  const Eigen::RowVector2d low = points.colwise().minCoeff();
-  const double size = (points.colwise().maxCoeff() - low).maxCoeff();
-  const double scale = size > 0 ? std::ldexp(1.0, kBits) / size : 0;
-  std::vector<Place> places(static_cast<std::size_t>(points.rows()));
-  std::vector<std::uint32_t> key(places.size());
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto row = static_cast<Index>(i);
-    places[i] = {std::llround((points(row, 0) - low[0]) * scale), std::llround((points(row, 1) - low[1]) * scale)};
-    const auto coarse = [](std::int64_t at) {
-      return static_cast<std::uint32_t>(std::min<std::int64_t>(at >> (kBits - 16), 65535));
-    };
-    key[i] = alongHilbert(coarse(places[i].x), coarse(places[i].y));
-  }
-  std::vector<std::int32_t> order(places.size());
+std::vector<std::int32_t> orderInPlane(const Eigen::Ref<const Net>& points) {
+  const Box box = boxOf(points);
+  const double scale = box.size > 0 ? 65535 / box.size : 0;
+  std::vector<std::int32_t> order(static_cast<std::size_t>(points.rows()));
   std::iota(order.begin(), order.end(), 0);
+  std::vector<std::uint32_t> key(order.size());
+  for (std::size_t i = 0; i < key.size(); ++i) {
+    const Eigen::RowVector2d at = (points.row(static_cast<Index>(i)) - box.low) * scale;
+    key[i] = alongHilbert(static_cast<std::uint32_t>(at[0]), static_cast<std::uint32_t>(at[1]));
+  }
   std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
     const auto ka = key[static_cast<std::size_t>(a)], kb = key[static_cast<std::size_t>(b)];
     return ka != kb ? ka < kb : a < b;
   });
+  return order;
+}
+
+Triangulation delaunay(const Eigen::Ref<const Net>& points) {
+  const Box box = boxOf(points);
+  const double scale = box.size > 0 ? std::ldexp(1.0, kBits) / box.size : 0;
+  std::vector<Place> places(static_cast<std::size_t>(points.rows()));
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto row = static_cast<Index>(i);
+    places[i] = {std::llround((points(row, 0) - box.low[0]) * scale),
+                 std::llround((points(row, 1) - box.low[1]) * scale)};
+  }
   Builder builder(std::move(places));
-  for (std::int32_t point : order) builder.insert(point + kSquare);
+  for (std::int32_t point : orderInPlane(points)) builder.insert(point + kSquare);
   return builder.result();
 }
 

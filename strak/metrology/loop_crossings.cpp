@@ -19,7 +19,7 @@ constexpr double kMostChords = 1000;  // of a Bezier piece
 
 struct Segment {
   Vector2d from, to;
-  std::size_t loop, number;  // in the loop
+  std::size_t loop, piece, number;  // the latter in the loop
 };
 
 double distanceTo(const Vector2d& point, const Segment& segment) {
@@ -102,21 +102,26 @@ std::vector<Vector2d> flattened(const CurveLoop& loop, double flatness) {
   return corners;
 }
 
-std::vector<char> clearLoops(const std::vector<CurveLoop>& loops, double clearance) {
+std::vector<std::vector<NearPlace>> placesNotClear(const std::vector<CurveLoop>& loops, double clearance) {
   if (!(clearance > 0)) throw InvalidInput("the clearance of loops must be positive");
-  std::vector<char> clear(loops.size(), 1);
+  std::vector<std::vector<NearPlace>> places(loops.size());
   std::vector<Segment> segments;
   std::vector<std::size_t> counts;
   for (std::size_t k = 0; k < loops.size(); ++k) {
-    const std::vector<Vector2d> corners = flattened(loops[k], clearance);
-    counts.push_back(corners.size());
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      segments.push_back({corners[i], corners[(i + 1) % corners.size()], k, i});
+    const std::size_t first = segments.size();
+    for (std::size_t p = 0; p < loops[k].size(); ++p) {
+      for (const Vector2d& corner : flattened({loops[k][p]}, clearance)) {
+        if (segments.size() > first) segments.back().to = corner;
+        segments.push_back({corner, corner, k, p, segments.size() - first});
+      }
+      // Neighbouring segments tell nothing of a tiny loop between them.
+      const auto found = findSelfIntersection<1>(loops[k][p]);
+      if (found.answer != SelfMeeting::free) {
+        places[k].push_back({p, evaluate<1>(loops[k][p], found.a).transpose()});
+      }
     }
-    // Neighbouring segments tell nothing of a tiny loop between them.
-    for (const Curve& piece : loops[k]) {
-      if (findSelfIntersection<1>(piece).answer != SelfMeeting::free) clear[k] = 0;
-    }
+    counts.push_back(segments.size() - first);
+    if (segments.size() > first) segments.back().to = segments[first].from;
   }
   const double apart = 3 * clearance;  // both polygons may be off by one
   const Grid grid(segments, apart);
@@ -124,14 +129,15 @@ std::vector<char> clearLoops(const std::vector<CurveLoop>& loops, double clearan
     for (std::size_t i = 0; i < cell.size(); ++i) {
       for (std::size_t j = i + 1; j < cell.size(); ++j) {
         const Segment &a = segments[cell[i]], &b = segments[cell[j]];
-        if (clear[a.loop] == 0 && clear[b.loop] == 0) continue;
         const std::size_t steps = a.loop == b.loop ? std::max(a.number, b.number) - std::min(a.number, b.number) : 2;
         if (a.loop == b.loop && (steps <= 1 || steps + 1 == counts[a.loop])) continue;
-        if (nearer(a, b, apart)) clear[a.loop] = clear[b.loop] = 0;
+        if (!nearer(a, b, apart)) continue;
+        places[a.loop].push_back({a.piece, (a.from + a.to) / 2});
+        places[b.loop].push_back({b.piece, (b.from + b.to) / 2});
       }
     }
   }
-  return clear;
+  return places;
 }
 
 }  // namespace strak
