@@ -17,6 +17,7 @@
 #include "apps/cli/fit_points.h"
 #include "apps/cli/fit_sheet.h"
 #include "apps/cli/fit_start.h"
+#include "apps/cli/fit_trim.h"
 #include "apps/cli/interrupt.h"
 #include "apps/cli/json.h"
 #include "apps/cli/values.h"
@@ -39,6 +40,7 @@ struct FitArguments {
                                    energy, scale = "lengths", conditions, start, hold, loss = "l2", correct,
                                    mostPoints = "40000", memory = "512", threads;
   NormalArguments normals;
+  TrimArguments trim;
   bool json = false, quiet = false;
   std::string commandLine;
 };
@@ -56,7 +58,7 @@ struct FitReport {
   Index inserted = 0, removed = 0;
   Json outside = Json::array();
   bool streamed = false;
-  Json loss, correction, drawing, following, normals;  // null where there is none
+  Json loss, correction, drawing, following, normals, trimming;  // null where there is none
 };
 
 Smoothing smoothingOf(const FitArguments& arguments) {
@@ -127,11 +129,13 @@ int correctionRounds(const FitArguments& arguments, const FitColumns& columns) {
 }
 
 // The fit after the drawing, unless it folds where the drawn sheet does not: then that one.
-void keepSheet(const DrawnCloud& drawn, const FitPoints<2>& points, FitOptions<2> options, Fit<2>& fit,
-               FitReport& report) {
+// Returns the parameters that go with it.
+Net keepSheet(const DrawnCloud& drawn, const FitPoints<2>& points, FitOptions<2> options, Fit<2>& fit,
+              FitReport& report) {
   const DrawnSheet& sheet = drawn.sheet;
   SheetCheck check = checkSheet(fit.spline, points);
   std::string folded;
+  Net parameters = points.parameters;
   if (check.folded > sheet.check.folded) {
     folded = fmt::format("with less smoothing than {:.3g} the surface folds: the sheet drawn until then is kept",
                          sheet.fit.summary.lambda);
@@ -139,6 +143,7 @@ void keepSheet(const DrawnCloud& drawn, const FitPoints<2>& points, FitOptions<2
     options.smoothing = Smoothing::fixed(sheet.fit.summary.lambda);
     fit = fitLeastSquares<2>(sheet.fit.spline.knots(), {sheet.parameters, points.values, points.weights}, options);
     check = sheet.check;
+    parameters = sheet.parameters;
     report.loss = report.correction = Json();
     report.outside = Json::array();
     report.rounds = 0;
@@ -147,6 +152,7 @@ void keepSheet(const DrawnCloud& drawn, const FitPoints<2>& points, FitOptions<2
   }
   for (auto& warning : sheetWarnings(check, fit.spline)) fit.summary.warnings.push_back(std::move(warning));
   if (!folded.empty()) fit.summary.warnings.push_back(std::move(folded));
+  return parameters;
 }
 
 template <int D>
@@ -177,9 +183,13 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   FitInput<D> input = fitInput<D>(
       file, columns, static_cast<std::uintmax_t>(wholeNumber("--memory", arguments.memory, 0, 1 << 30)) << 20);
   report.streamed = input.streamed;
-  if (input.streamed && (isRobust || isMinimax || rounds > 0)) {
+  const bool trim = !arguments.trim.gap.empty();
+  if (input.streamed && (isRobust || isMinimax || rounds > 0 || trim)) {
     throw InvalidInput(fmt::format("'{}' is too large to be kept in memory, as {} needs: thin the points out",
-                                   arguments.input, rounds > 0 ? "--correct" : "--loss"));
+                                   arguments.input,
+                                   trim         ? "--trim"
+                                   : rounds > 0 ? "--correct"
+                                                : "--loss"));
   }
   const auto given = startSpline<D>(arguments.start, columns);
   if (given && report.adaptive) throw InvalidInput("--start gives the knots: leave --tolerance out");
@@ -240,10 +250,12 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
     CorrectedFit<D> result = fitWithCorrection<D>({input.parameters, input.values, input.weights}, make, correction);
     report.correction = {{"rounds", result.rounds}, {"settled", result.settled}, {"rms", result.rms}};
     fit = std::move(result.fit);
-    if constexpr (D == 2) {
-      if (drawn) keepSheet(*drawn, {result.parameters, input.values, input.weights}, options.fit, fit, report);
-    }
     input.parameters = std::move(result.parameters);
+    if constexpr (D == 2) {
+      if (drawn) {
+        input.parameters = keepSheet(*drawn, {input.parameters, input.values, input.weights}, options.fit, fit, report);
+      }
+    }
   }
   if constexpr (D == 2) {
     if (bending) {
@@ -280,8 +292,16 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   }
   const bool function = columns.kind == FitKind::function;
   report.kind = function ? "function" : D == 1 ? "curve" : "surface";
-  const AnySpline spline = function ? AnySpline(graphOf<D>(fit.spline)) : AnySpline(std::move(fit.spline));
-  modelOf({spline}, {std::filesystem::path(arguments.input).stem().string()})->write(arguments.output);
+  const auto spline = function ? graphOf<D>(fit.spline) : fit.spline;
+  const std::string name = std::filesystem::path(arguments.input).stem().string();
+  if constexpr (D == 2) {
+    if (!arguments.trim.gap.empty()) {
+      report.trimming = writeTrimmedFit(arguments.trim, arguments.output, spline, input.parameters,
+                                        lengthsOfUnits(fit.spline), name, report.summary.warnings);
+      return report;
+    }
+  }
+  modelOf({spline}, {name})->write(arguments.output);
   return report;
 }
 
@@ -308,6 +328,7 @@ Json jsonOf(const FitReport& report) {
   if (!report.correction.is_null()) json["correction"] = report.correction;
   if (!report.following.is_null()) json["following"] = report.following;
   if (!report.normals.is_null()) json["normals"] = report.normals;
+  if (!report.trimming.is_null()) json["trimming"] = report.trimming;
   json["streamed"] = report.streamed;
   json["warnings"] = s.warnings;
   return json;
@@ -348,6 +369,7 @@ void print(const FitReport& report, const FitArguments& arguments, double second
                  cell["from"].dump(), cell["to"].dump(), number(cell["max"].get<double>()));
     }
   }
+  if (!report.trimming.is_null()) printTrimming(report.trimming);
   fmt::print("wrote {} in {}\n", arguments.output, duration(seconds));
 }
 
@@ -383,6 +405,7 @@ void fit(const FitArguments& arguments) {
   if (arguments.normals.wanted() && columns.directions == 1) {
     throw InvalidInput("--normals is for surfaces and functions of two variables, not for curves");
   }
+  requireTrimmable(arguments.trim, arguments.output, columns.directions);
   const FitReport report =
       columns.directions == 1 ? fitAndWrite<1>(arguments, file, columns) : fitAndWrite<2>(arguments, file, columns);
   for (const auto& warning : report.summary.warnings) {
@@ -457,6 +480,7 @@ void addFit(CLI::App& program, const std::string& commandLine) {
   for (const char* other : {"--size", "--degree", "--domain"}) start->excludes(other);
   command->add_option("--hold", arguments->hold, "Rows of --start that stay: g0 (default), g1, g2, N, or one an end")
       ->needs(start);
+  addTrimOptions(*command, arguments->trim);
   command
       ->add_option("--memory", arguments->memory,
                    "Files of more megabytes are read again whenever their points are needed, block by block")

@@ -457,7 +457,7 @@ namespace strak {
 void enableCad() {
   static const bool once = [] {
     Message::DefaultMessenger()->ChangePrinters().Clear();  // the kernel's chatter is not for our users
-    setCadFormats({cad::readCadModel, cad::writeCadSplines});
+    setCadFormats({cad::readCadModel, cad::writeCadSplines, cad::writeCadTrimmed});
     return true;
   }();
   static_cast<void>(once);

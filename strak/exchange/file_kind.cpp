@@ -111,6 +111,21 @@ void writePlain(const std::filesystem::path& path, const std::vector<PlainObject
   }
 }
 
+bool holdsTrimming(const std::filesystem::path& path) {
+  const FileKind kind = fileKindOfEnding(path);
+  return kind == FileKind::step || kind == FileKind::iges || kind == FileKind::brep;
+}
+
+void writeTrimmed(const std::filesystem::path& path, const Surface& surface, const std::vector<TrimmedPart>& parts,
+                  const std::string& name, const std::string& unit) {
+  const FileKind kind = fileKindOfEnding(path);
+  if (!holdsTrimming(path)) {
+    throw InvalidInput(
+        fmt::format("'{}': {} files hold no trimming: use .step, .igs or .brep", path.string(), fileKindName(kind)));
+  }
+  cad(path, kind).writeTrimmed(path, kind, surface, parts, name, unit);
+}
+
 std::unique_ptr<Model> readCad(const std::filesystem::path& path, FileKind kind) {
   return cad(path, kind).read(path, kind);
 }

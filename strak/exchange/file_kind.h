@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "strak/exchange/plain_object.h"
+#include "strak/exchange/trimmed_surface.h"
 
 namespace strak {
 
@@ -29,6 +30,8 @@ struct CadFormats {
   std::unique_ptr<Model> (*read)(const std::filesystem::path& path, FileKind kind);
   void (*write)(const std::filesystem::path& path, FileKind kind, const std::vector<PlainObject>& objects,
                 const std::string& unit);
+  void (*writeTrimmed)(const std::filesystem::path& path, FileKind kind, const Surface& surface,
+                       const std::vector<TrimmedPart>& parts, const std::string& name, const std::string& unit);
 };
 
 // Called by enableCad().

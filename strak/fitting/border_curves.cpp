@@ -1,0 +1,471 @@
+#include "strak/fitting/border_curves.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "strak/base/error.h"
+#include "strak/fitting/least_squares.h"
+#include "strak/metrology/closest_points.h"
+#include "strak/spline/periodic.h"
+
+namespace strak {
+
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr int kDegree = 3;
+constexpr double kRagged = 2;    // tolerance of a loop, in parts of the spacing of the points beside it
+constexpr double kArm = 5;       // length of the two arms that make a corner, in parts of the edges there
+constexpr Index kArmPoints = 4;  // at least
+constexpr int kEdgesAround = 6;  // whose median that is
+constexpr double kCorner = std::numbers::pi / 180 * 60;
+constexpr double kBetterThanArc = 0.5;  // the error of two lines in parts of an arc's
+constexpr Index kHalfWindow = 3;        // points on both sides whose parabola shows how ragged a loop is
+constexpr double kCalmWindows = 0.9;    // part of the windows that count
+constexpr double kNoiseSlack = 1.25;
+constexpr double kExact = 1e-3;     // of the spacing: so near is near enough
+constexpr double kSharpened = 2.5;  // so many edges away a corner may lie: the border's triangles leave corners out
+constexpr Index kMostSpans = 1000;  // of a piece
+constexpr double kStiffest = 100, kSoftest = 1e-12, kStep = 0.25;  // weights of the energy that are tried
+constexpr double kClearance = 1e-3;                                // of the spacing: how near curves may come
+
+double cross(const Vector2d& a, const Vector2d& b) { return a[0] * b[1] - a[1] * b[0]; }
+
+constexpr int kPinned = 4;   // points on both sides of such a place, at most
+constexpr int kRounds = 30;  // of fits; after the last the loops that are not clear become polygons
+
+struct CornerPoint {
+  Index number;  // of the point
+  Vector2d place;
+};
+
+// A closed polygon with lengths along it.
+class Loop {
+ public:
+  Loop(const Eigen::Ref<const Net>& points, const std::vector<Index>& numbers)
+      : count_(static_cast<Index>(numbers.size())), points_(count_, 2), edges_(numbers.size()) {
+    for (Index i = 0; i < count_; ++i) points_.row(i) = points.row(numbers[static_cast<std::size_t>(i)]);
+    for (Index i = 0; i < count_; ++i) edges_[static_cast<std::size_t>(i)] = (at(i + 1) - at(i)).norm();
+    for (double edge : edges_) length_ += edge;
+  }
+  Index count() const { return count_; }
+  const Net& points() const { return points_; }
+  double length() const { return length_; }
+  Vector2d at(Index i) const { return points_.row(wrapped(i)).transpose(); }
+  double edge(Index i) const { return edges_[static_cast<std::size_t>(wrapped(i))]; }
+  Index wrapped(Index i) const { return ((i % count_) + count_) % count_; }
+
+  double edgeAround(Index i) const {
+    std::vector<double> some;
+    for (Index k = i - kEdgesAround; k < i + kEdgesAround; ++k) some.push_back(edge(k));
+    std::nth_element(some.begin(), some.begin() + kEdgesAround, some.end());
+    return some[kEdgesAround];
+  }
+
+  // The line of least squares through the points after (step 1) or before (-1) point i, without itself, as far as
+  // `reach` and at least kArmPoints; directed along the loop.
+  struct Arm {
+    Vector2d middle, direction;
+    double squares;  // of the distances from the line
+    Index count;
+  };
+  Arm arm(Index i, Index step, double reach) const {
+    Vector2d sum = Vector2d::Zero();
+    Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
+    double gone = 0;
+    Index used = 0;
+    Vector2d last = at(i);
+    for (Index k = i + step; used < count_ / 3 && (used < kArmPoints || gone < reach); k += step) {
+      last = at(k);
+      gone += edge(step > 0 ? k - 1 : k);
+      const Vector2d p = last - at(i);
+      sum += p;
+      moments += p * p.transpose();
+      ++used;
+    }
+    const auto n = static_cast<double>(used);
+    moments -= sum * sum.transpose() / n;
+    const double angle = std::atan2(2 * moments(0, 1), moments(0, 0) - moments(1, 1)) / 2;
+    Vector2d direction(std::cos(angle), std::sin(angle));
+    if (direction.dot(last - at(i)) * static_cast<double>(step) < 0) direction = -direction;
+    const Vector2d across(-direction[1], direction[0]);
+    return {at(i) + sum / n, direction, across.dot(moments * across), used};
+  }
+
+  // The sum of the squared distances of points from .. to from the circle of least squares (Kasa) and their number.
+  double arcSquares(Index from, Index to) const {
+    const Vector2d origin = at((from + to) / 2);
+    const double scale = std::max((at(from) - origin).norm(), (at(to) - origin).norm());
+    Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (Index i = from; i <= to; ++i) {
+      const Vector2d p = (at(i) - origin) / scale;
+      const Eigen::Vector3d row(p[0], p[1], 1);
+      matrix += row * row.transpose();
+      right += row * p.squaredNorm();
+    }
+    const Eigen::Vector3d solved = matrix.ldlt().solve(right);
+    const Vector2d centre(solved[0] / 2, solved[1] / 2);
+    const double radius = std::sqrt(std::max(solved[2] + centre.squaredNorm(), 0.0));
+    double squares = 0;
+    for (Index i = from; i <= to; ++i) {
+      const double off = ((at(i) - origin) / scale - centre).norm() - radius;
+      squares += off * off;
+    }
+    return squares * scale * scale;
+  }
+
+  // How far its points stray from a smooth line: the errors of parabolas through a few points, those with the largest
+  // errors left out (corners).
+  double raggedness() const {
+    std::vector<double> variances;
+    for (Index i = 0; i < count_; ++i) {
+      const Vector2d along = (at(i + kHalfWindow) - at(i - kHalfWindow)).normalized(), across(-along[1], along[0]);
+      Eigen::Matrix<double, 2 * kHalfWindow + 1, 3> powers;
+      Eigen::Matrix<double, 2 * kHalfWindow + 1, 1> heights;
+      const double scale = (at(i + kHalfWindow) - at(i - kHalfWindow)).norm();
+      if (!(scale > 0)) continue;
+      for (Index k = -kHalfWindow; k <= kHalfWindow; ++k) {
+        const Vector2d p = at(i + k) - at(i);
+        const double x = p.dot(along) / scale;
+        powers.row(k + kHalfWindow) << 1, x, x * x;
+        heights[k + kHalfWindow] = p.dot(across);
+      }
+      const Eigen::Vector3d parabola = powers.colPivHouseholderQr().solve(heights);
+      variances.push_back((heights - powers * parabola).squaredNorm() / (2 * kHalfWindow - 2));
+    }
+    std::sort(variances.begin(), variances.end());
+    const auto used = static_cast<std::size_t>(std::ceil(kCalmWindows * static_cast<double>(variances.size())));
+    double sum = 0;
+    for (std::size_t i = 0; i < used; ++i) sum += variances[i];
+    return used > 0 ? std::sqrt(sum / static_cast<double>(used)) : 0;
+  }
+
+ private:
+  Index count_;
+  Net points_;
+  std::vector<double> edges_;
+  double length_ = 0;
+};
+
+double turning(const Loop::Arm& before, const Loop::Arm& after) {
+  return std::atan2(cross(before.direction, after.direction), before.direction.dot(after.direction));
+}
+
+// Points where the loop turns sharply, and where the lines on both sides meet.
+std::vector<CornerPoint> findCorners(const Loop& loop, bool sharpen) {
+  constexpr Index kFewest = 12;  // points: less is no loop with arms
+  std::vector<CornerPoint> corners;
+  if (loop.count() < kFewest) return corners;
+  std::vector<double> turns(static_cast<std::size_t>(loop.count()), 0);
+  for (Index i = 0; i < loop.count(); ++i) {
+    const double reach = kArm * loop.edgeAround(i);
+    const Loop::Arm before = loop.arm(i, -1, reach), after = loop.arm(i, 1, reach);
+    const double angle = std::abs(turning(before, after));
+    if (angle < kCorner) continue;
+    const double lines = before.squares + after.squares;
+    if (lines > kBetterThanArc * kBetterThanArc * loop.arcSquares(i - before.count, i + after.count)) continue;
+    turns[static_cast<std::size_t>(i)] = angle;
+  }
+  for (Index i = 0; i < loop.count(); ++i) {
+    const double own = turns[static_cast<std::size_t>(i)];
+    if (own == 0) continue;
+    const double edge = loop.edgeAround(i), reach = kArm * edge;
+    bool largest = true;
+    double gone = 0;
+    for (Index k = 1; gone < reach && k < loop.count() / 2; ++k) {
+      gone += loop.edge(i + k - 1);
+      largest = largest && turns[static_cast<std::size_t>(loop.wrapped(i + k))] <= own;
+    }
+    gone = 0;
+    for (Index k = 1; gone < reach && k < loop.count() / 2; ++k) {
+      gone += loop.edge(i - k);
+      largest = largest && turns[static_cast<std::size_t>(loop.wrapped(i - k))] < own;
+    }
+    if (!largest) continue;
+    CornerPoint corner{i, loop.at(i)};
+    const Loop::Arm before = loop.arm(i, -1, reach), after = loop.arm(i, 1, reach);
+    const double sine = cross(before.direction, after.direction);
+    if (sharpen && std::abs(sine) > 0) {
+      const double along = cross(after.middle - before.middle, after.direction) / sine;
+      const Vector2d meeting = before.middle + along * before.direction;
+      if ((meeting - corner.place).norm() <= kSharpened * edge) corner.place = meeting;
+    }
+    corners.push_back(corner);
+  }
+  return corners;
+}
+
+Curve lineBetween(const Vector2d& from, const Vector2d& to) {
+  Net net(kDegree + 1, 2);
+  for (Index i = 0; i <= kDegree; ++i) {
+    net.row(i) = (from + (to - from) * (static_cast<double>(i) / kDegree)).transpose();
+  }
+  net.row(kDegree) = to.transpose();
+  return Curve({KnotVector::uniformClamped(kDegree, 1)}, std::move(net));
+}
+
+// What a curve is to keep.
+struct Limits {
+  double tolerance = 0;  // of every point
+  double noise = 0;      // root mean square of all
+};
+
+struct Trial {
+  Curve curve;
+  double largest = std::numeric_limits<double>::infinity();  // error
+  bool within = false;
+};
+
+// The fairest curve within the limits, else the nearest one. Only the `count` points from `first` on are looked at.
+Trial fairest(const std::array<KnotVector, 1>& knots, const FitPoints<1>& points, Index first, Index count,
+              FitOptions<1> options, const Limits& limits) {
+  options.energy = thinPlate<1>();
+  options.scale = ParameterScale::unit;
+  Trial best;
+  for (double weight = kStiffest; weight >= kSoftest; weight *= kStep) {
+    options.smoothing = Smoothing::fixed(weight);
+    Curve curve = fitLeastSquares<1>(knots, points, options).spline;
+    const Eigen::VectorXd errors =
+        closestPointsFrom<1>(curve, points.values.middleRows(first, count), points.parameters.middleRows(first, count))
+            .distances;
+    const double largest = errors.maxCoeff(), rms = std::sqrt(errors.squaredNorm() / static_cast<double>(count));
+    const bool within = largest <= limits.tolerance && rms <= limits.noise;
+    if (within || largest < best.largest) best = {std::move(curve), largest, within};
+    if (within) break;
+  }
+  return best;
+}
+
+// `fit` makes a trial with that many spans: few, and if those are too stiff as many as there are points.
+template <typename Maker>
+Curve fewestSpans(Index count, Index least, const Maker& fit) {
+  Trial few = fit(std::clamp<Index>(count / 2, least, kMostSpans));
+  if (few.within) return few.curve;
+  Trial many = fit(std::clamp<Index>(count, least, kMostSpans));
+  return many.within || many.largest < few.largest ? many.curve : few.curve;
+}
+
+// From corner to corner; what lies between them in order.
+Curve fairPiece(const Vector2d& from, const Net& between, const Vector2d& to, const Limits& limits) {
+  const Index count = between.rows();
+  if (count == 0) return lineBetween(from, to);
+  Net parameters(count, 1);
+  double gone = 0;
+  Vector2d last = from;
+  for (Index i = 0; i < count; ++i) {
+    gone += (between.row(i).transpose() - last).norm();
+    last = between.row(i).transpose();
+    parameters(i, 0) = gone;
+  }
+  parameters /= gone + (to - last).norm();
+  return fewestSpans(count, 1, [&](Index spans) {
+    const std::array<KnotVector, 1> knots{KnotVector::uniformClamped(kDegree, spans)};
+    FitOptions<1> options;
+    options.held = {0, knots[0].size() - 1};
+    options.heldNet = Net::Zero(knots[0].size(), 2);
+    options.heldNet.row(0) = from.transpose();
+    options.heldNet.row(knots[0].size() - 1) = to.transpose();
+    return fairest(knots, {parameters, between}, 0, count, options, limits);
+  });
+}
+
+// A loop without corners: three turns of it are fitted and the middle one, which does not feel the ends, is closed.
+Curve fairRound(const Loop& loop, const Limits& limits) {
+  const Index count = loop.count();
+  Net parameters(3 * count, 1), values(3 * count, 2);
+  for (Index turn = 0; turn < 3; ++turn) {
+    double gone = 0;
+    for (Index i = 0; i < count; ++i) {
+      parameters(turn * count + i, 0) = static_cast<double>(turn) + gone / loop.length();
+      values.row(turn * count + i) = loop.points().row(i);
+      gone += loop.edge(i);
+    }
+  }
+  const Curve turns = fewestSpans(count, kDegree + 1, [&](Index spans) {
+    return fairest({KnotVector::uniformClamped(kDegree, 3 * spans, 0, 3)}, {parameters, values}, count, count, {},
+                   limits);
+  });
+  const Index spans = (turns.size(0) - kDegree) / 3;
+  // Functions spans .. 2 spans + 2 are those alive in the middle turn; the last three repeat the first three.
+  std::vector<double> knots;
+  for (Index i = -kDegree; i <= spans + kDegree; ++i) {
+    knots.push_back(static_cast<double>(i) / static_cast<double>(spans));
+  }
+  Net net = turns.net().middleRows(spans, spans + kDegree);
+  for (Index i = 0; i < kDegree; ++i) {
+    net.row(i) = (net.row(i) + net.row(spans + i)).eval() / 2;
+    net.row(spans + i) = net.row(i);
+  }
+  return toClamped<1>(Curve({KnotVector(kDegree, std::move(knots))}, std::move(net)), 0);
+}
+
+// A loop's curves and how far its points are from them.
+struct Pieces {
+  CurveLoop curves;
+  std::vector<Index> starts;  // of each curve: the number of its corner; none for a loop without corners
+  Eigen::VectorXd errors;
+};
+
+// Between the corners; points that are pinned are corners, too, and stay where they are.
+Pieces fairPieces(const Loop& loop, const Limits& limits, bool sharpen, const std::vector<char>& pinned,
+                  const Eigen::AlignedBox2d& domain) {
+  Pieces result;
+  std::vector<CornerPoint> corners;
+  for (const CornerPoint& corner : findCorners(loop, sharpen)) {
+    if (pinned[static_cast<std::size_t>(corner.number)] == 0) corners.push_back(corner);
+  }
+  for (CornerPoint& corner : corners) {
+    if (!domain.isEmpty()) corner.place = corner.place.cwiseMax(domain.min()).cwiseMin(domain.max());
+  }
+  for (Index i = 0; i < loop.count(); ++i) {
+    if (pinned[static_cast<std::size_t>(i)] != 0) corners.push_back({i, loop.at(i)});
+  }
+  std::sort(corners.begin(), corners.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
+  for (const CornerPoint& corner : corners) result.starts.push_back(corner.number);
+  result.errors = Eigen::VectorXd::Constant(loop.count(), std::numeric_limits<double>::infinity());
+  const auto add = [&](Curve curve, Index first, Index count) {
+    Eigen::Ref<Net> net = curve.net();
+    for (Index k = 0; k < 2 && !domain.isEmpty(); ++k) {
+      net.col(k) = net.col(k).cwiseMax(domain.min()[k]).cwiseMin(domain.max()[k]);
+    }
+    Net own(count, 2);
+    for (Index k = 0; k < count; ++k) own.row(k) = loop.points().row(loop.wrapped(first + k));
+    const Eigen::VectorXd distances = closestPoints<1>(curve, own).distances;
+    for (Index k = 0; k < count; ++k) {
+      double& error = result.errors[loop.wrapped(first + k)];
+      error = std::min(error, distances[k]);
+    }
+    result.curves.push_back(std::move(curve));
+  };
+  if (corners.empty()) add(fairRound(loop, limits), 0, loop.count());
+  for (std::size_t c = 0; c < corners.size(); ++c) {
+    const CornerPoint &from = corners[c], &to = corners[(c + 1) % corners.size()];
+    const Index steps = loop.wrapped(to.number - from.number - 1);
+    Net between(steps, 2);
+    for (Index k = 0; k < steps; ++k) between.row(k) = loop.points().row(loop.wrapped(from.number + 1 + k));
+    add(fairPiece(from.place, between, to.place, limits), from.number, steps + 2);
+  }
+  return result;
+}
+
+FairLoop fairLoop(const Loop& loop, Limits limits, int round, const std::vector<char>& pinned,
+                  const Eigen::AlignedBox2d& domain, std::vector<Index>& starts) {
+  FairLoop result;
+  result.points = loop.count();
+  result.tolerance = limits.tolerance;
+  result.pinned = std::count(pinned.begin(), pinned.end(), 1);
+  if (round > 0) limits = {limits.tolerance / 4, limits.noise / 4};
+  Pieces pieces = fairPieces(loop, limits, round == 0, pinned, domain);
+  if (round == 0 && pieces.errors.maxCoeff() > limits.tolerance) {
+    // The sharpened corners are too far from the points.
+    pieces = fairPieces(loop, limits, false, pinned, domain);
+  }
+  result.pieces = std::move(pieces.curves);
+  result.corners = static_cast<Index>(pieces.starts.size()) - result.pinned;
+  starts = std::move(pieces.starts);
+  result.deviation = pieces.errors.maxCoeff();
+  result.rms = std::sqrt(pieces.errors.squaredNorm() / static_cast<double>(loop.count()));
+  return result;
+}
+
+// Pins the points of the pieces that are not clear next to the places, and more of them from round to round. Returns
+// whether there were any.
+bool pin(const Loop& loop, const std::vector<NearPlace>& places, const std::vector<Index>& starts, int round,
+         std::vector<char>& pinned) {
+  bool any = false;
+  for (const NearPlace& near : places) {
+    Index first = 0, count = loop.count();
+    if (!starts.empty()) {
+      first = starts[near.piece];
+      count = loop.wrapped(starts[(near.piece + 1) % starts.size()] - first - 1) + 2;
+    }
+    Index nearest = first;
+    double least = std::numeric_limits<double>::infinity();
+    for (Index i = first; i < first + count; ++i) {
+      const double distance = (loop.at(i) - near.place).norm();
+      if (pinned[static_cast<std::size_t>(loop.wrapped(i))] != 0 || distance >= least) continue;
+      least = distance;
+      nearest = i;
+    }
+    if (least == std::numeric_limits<double>::infinity()) continue;  // it is straight
+    const Index reach = std::min(round, kPinned);
+    for (Index i = std::max(first, nearest - reach); i <= std::min(first + count - 1, nearest + reach); ++i) {
+      pinned[static_cast<std::size_t>(loop.wrapped(i))] = 1;
+    }
+    any = true;
+  }
+  return any;
+}
+
+void measure(double flatness, FairLoop& result) {
+  const std::vector<Vector2d> polygon = flattened(result.pieces, flatness);
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vector2d a = polygon[i] - polygon[0], b = polygon[(i + 1) % polygon.size()] - polygon[0];
+    result.length += (b - a).norm();
+    result.area += cross(a, b) / 2;
+  }
+}
+
+}  // namespace
+
+std::vector<FairPart> fairBorders(const Eigen::Ref<const Net>& points, const Borders& borders,
+                                  const BorderCurveOptions& options) {
+  if (!(options.tolerance >= 0) || !std::isfinite(options.tolerance)) {
+    throw InvalidInput("the tolerance of border curves must be a positive length, or 0 to have it chosen");
+  }
+  std::vector<Loop> loops;
+  std::vector<Limits> limits;
+  double least = std::numeric_limits<double>::infinity();
+  const auto take = [&](const BorderLoop& loop) {
+    loops.emplace_back(points, loop.points);
+    Limits own{options.tolerance, std::numeric_limits<double>::infinity()};
+    if (!(own.tolerance > 0)) {
+      own = {kRagged * loop.spacing, std::max(kNoiseSlack * loops.back().raggedness(), kExact * loop.spacing)};
+    }
+    limits.push_back(own);
+    least = std::min(least, own.tolerance);
+  };
+  for (const BorderPart& part : borders.parts) {
+    take(part.outer);
+    for (const BorderLoop& hole : part.holes) take(hole);
+  }
+  std::vector<std::vector<char>> pinned;
+  for (const Loop& loop : loops) {
+    pinned.emplace_back(static_cast<std::size_t>(loop.count()), loop.count() < kDegree + 2 ? 1 : 0);
+  }
+  std::vector<FairLoop> fair(loops.size());
+  std::vector<CurveLoop> curves(loops.size());
+  std::vector<std::vector<Index>> starts(loops.size());
+  std::vector<int> rounds(loops.size(), 0);
+  std::vector<char> todo(loops.size(), 1);
+  while (std::count(todo.begin(), todo.end(), 1) > 0) {
+    for (std::size_t i = 0; i < loops.size(); ++i) {
+      if (todo[i] == 0) continue;
+      fair[i] = fairLoop(loops[i], limits[i], rounds[i], pinned[i], options.domain, starts[i]);
+      curves[i] = fair[i].pieces;
+    }
+    const auto places = placesNotClear(curves, kClearance * least);
+    for (std::size_t i = 0; i < loops.size(); ++i) {
+      todo[i] = !places[i].empty() && fair[i].pinned < fair[i].points ? 1 : 0;
+      if (todo[i] == 0) continue;
+      const bool moved = ++rounds[i] <= 1 || pin(loops[i], places[i], starts[i], rounds[i], pinned[i]);
+      if (!moved || rounds[i] >= kRounds) std::fill(pinned[i].begin(), pinned[i].end(), 1);
+    }
+  }
+  for (std::size_t i = 0; i < loops.size(); ++i) measure(kClearance * limits[i].tolerance, fair[i]);
+  std::vector<FairPart> parts;
+  auto next = fair.begin();
+  for (const BorderPart& part : borders.parts) {
+    FairPart& own = parts.emplace_back();
+    own.outer = std::move(*next++);
+    for (std::size_t h = 0; h < part.holes.size(); ++h) own.holes.push_back(std::move(*next++));
+  }
+  return parts;
+}
+
+}  // namespace strak
