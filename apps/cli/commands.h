@@ -11,6 +11,7 @@ namespace strak::cli {
 void addInfo(CLI::App& program, const std::string& commandLine);
 void addFair(CLI::App& program, const std::string& commandLine);
 void addFit(CLI::App& program, const std::string& commandLine);
+void addInspect(CLI::App& program, const std::string& commandLine);
 void addCompare(CLI::App& program, const std::string& commandLine);
 void addConvert(CLI::App& program, const std::string& commandLine);
 void addRender(CLI::App& program, const std::string& commandLine);

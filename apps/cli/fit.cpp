@@ -36,9 +36,9 @@ namespace {
 constexpr std::size_t kShownCells = 5;  // with points outside, the worst ones; --json lists more
 
 struct FitArguments {
-  std::string input, output, kind, degree = "3", size, domain, smoothing = "auto", noise, tolerance, share = "100",
-                                   energy, scale = "lengths", conditions, start, hold, loss = "l2", correct,
-                                   mostPoints = "40000", memory = "512", threads;
+  std::string input, output, kind, columns, degree = "3", size, domain, smoothing = "auto", noise, tolerance,
+                                            share = "100", energy, scale = "lengths", conditions, start, hold,
+                                            loss = "l2", correct, mostPoints = "40000", memory = "512", threads;
   NormalArguments normals;
   TrimArguments trim;
   bool json = false, quiet = false;
@@ -77,7 +77,7 @@ void addConditions(const FitArguments& arguments, const FitColumns& columns, Fit
   if (columns.parameters.empty()) {
     throw InvalidInput("--conditions needs parameters: a function, or points with columns t, or u and v");
   }
-  const PointFile file(arguments.conditions);
+  const PointFile file = pointFile(arguments.conditions, arguments.columns);
   const FitColumns own = fitColumns(file, arguments.kind);
   if (own.parameters.size() != columns.parameters.size() || own.values.size() != columns.values.size()) {
     throw InvalidInput(fmt::format("'{}' must have the same columns as '{}'", arguments.conditions, arguments.input));
@@ -400,7 +400,7 @@ void fit(const FitArguments& arguments) {
   }
   catchInterrupt();
   if (arguments.normals.wanted() && holdsSplines(arguments.input)) return turn(arguments);
-  const PointFile file(arguments.input);
+  const PointFile file = pointFile(arguments.input, arguments.columns);
   const FitColumns columns = fitColumns(file, arguments.kind);
   if (arguments.normals.wanted() && columns.directions == 1) {
     throw InvalidInput("--normals is for surfaces and functions of two variables, not for curves");
@@ -439,6 +439,8 @@ void addFit(CLI::App& program, const std::string& commandLine) {
       "--kind", arguments->kind,
       "function: the last coordinate over the others; surface: a sheet in space (columns u, v, x, y, z, or "
       "x, y, z deep-drawn from their plane); curve: points in their order. Default: by the columns");
+  command->add_option("--columns", arguments->columns,
+                      "Which columns of the table count, and in which order: numbers from 1, like 1,3; default: all");
   command->add_option("--degree", arguments->degree, "P or P,Q")->capture_default_str();
   command->add_option(
       "--size", arguments->size,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "apps/cli/values.h"
 #include "strak/base/error.h"
 #include "strak/fitting/parametrization.h"
 #include "strak/fitting/repeated_points.h"
@@ -52,6 +53,16 @@ Net chosen(const Net& block, const std::vector<Index>& columns) {
 }
 
 }  // namespace
+
+PointFile pointFile(const std::filesystem::path& path, const std::string& columns) {
+  PointFile file(path);
+  if (columns.empty()) return file;
+  const auto count = static_cast<std::size_t>(std::count(columns.begin(), columns.end(), ',')) + 1;
+  std::vector<Index> chosen = wholeNumbers("--columns", columns, ',', 1, file.columns(), count);
+  for (Index& column : chosen) --column;
+  file.choose(chosen);
+  return file;
+}
 
 FitColumns fitColumns(const PointFile& file, const std::string& kind) {
   FitColumns result;

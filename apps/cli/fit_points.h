@@ -23,6 +23,9 @@ struct FitColumns {
   Index weight = -1;
 };
 
+// The file with the columns that --columns names ("1,3": numbers from 1); all of them where the text is empty.
+PointFile pointFile(const std::filesystem::path& path, const std::string& columns);
+
 // `kind`: the word of --kind or "" for what the columns suggest: two are a curve, three heights over a plane, and named
 // u, v, x, y, z a surface. Throws InvalidInput if the columns do not fit the kind.
 FitColumns fitColumns(const PointFile& file, const std::string& kind);

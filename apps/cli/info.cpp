@@ -11,6 +11,9 @@
 #include "apps/cli/console.h"
 #include "apps/cli/joins.h"
 #include "apps/cli/json.h"
+#include "apps/cli/ring.h"
+#include "apps/cli/values.h"
+#include "strak/base/error.h"
 #include "strak/exchange/model.h"
 #include "strak/fairing/plan_face.h"
 #include "strak/metrology/fairness.h"
@@ -22,6 +25,7 @@ namespace {
 
 struct InfoArguments {
   std::string input;
+  std::string ring, index;
   bool fairness = false, meetings = false, json = false;
   std::string commandLine;
 };
@@ -39,6 +43,8 @@ struct Facts {
   std::optional<SurfaceFairness> surface;
   std::optional<CurveFairness> curve;
   std::optional<SelfMeeting> meeting;
+  std::optional<RingCurvature> ring;
+  std::string noRing;  // why there is none
 };
 
 template <int D>
@@ -76,6 +82,15 @@ Facts factsOf(const Object& object, const Spline<D>& spline, const InfoArguments
     const bool known = facts.dimension == 3 || (D == 1 && facts.dimension == 2);
     if (arguments.meetings && known) facts.meeting = findSelfIntersection(spline).answer;
   }
+  if constexpr (D == 2) {
+    if (!arguments.ring.empty()) {
+      try {
+        facts.ring = ringCurvature(spline, ringNamed(arguments.ring));
+      } catch (const InvalidInput& problem) {
+        facts.noRing = problem.what();
+      }
+    }
+  }
   if (arguments.fairness) {
     if constexpr (D == 2) {
       if (facts.dimension == 3) facts.surface = surfaceFairness(spline);
@@ -95,7 +110,7 @@ Facts factsOf(const Object& object, const InfoArguments& arguments) {
   return facts;
 }
 
-Json objectJson(std::size_t number, const Object& object, const Facts& facts) {
+Json objectJson(std::size_t number, const Object& object, const Facts& facts, double refractiveIndex) {
   Json json{{"number", number}, {"name", object.name}, {"kind", object.kind}};
   if (object.spline) {
     json["degree"] = facts.degree;
@@ -112,6 +127,7 @@ Json objectJson(std::size_t number, const Object& object, const Facts& facts) {
   for (Index other : object.sharedWith) shared.push_back(other + 1);
   json["shared_with"] = shared;
   if (facts.meeting) json["self_intersection"] = selfMeetingName(*facts.meeting);
+  if (facts.ring) json["ring"] = jsonOf(*facts.ring, refractiveIndex);
   if (facts.surface) {
     json["fairness"] = {{"area", facts.surface->area},
                         {"plate", facts.surface->plate},
@@ -189,16 +205,31 @@ void printTable(const Model& model, const std::vector<Facts>& facts, const InfoA
   fmt::print("{}", table.text());
 }
 
+// Faces that the ring does not meet are passed over, unless that are all of them.
+void requireRing(const std::vector<Facts>& facts) {
+  std::string why = "there is no surface for --ring in the file";
+  for (const Facts& f : facts) {
+    if (f.ring) return;
+    if (!f.noRing.empty()) why = f.noRing;
+  }
+  throw InvalidInput(why);
+}
+
 void info(const InfoArguments& arguments) {
   const Stopwatch watch;
+  const double refractiveIndex = arguments.index.empty() ? 1 : positiveNumber("--index", arguments.index);
   const auto model = readModel(arguments.input);
   const Audit audit = model->audit();
   const std::vector<EdgeJoin> joins = joinsOf(*model);
   std::vector<Facts> facts;
   for (const Object& object : model->objects()) facts.push_back(factsOf(object, arguments));
+  if (!arguments.ring.empty()) requireRing(facts);
   if (!arguments.json) {
     printHead(arguments, *model, audit, joins);
     printTable(*model, facts, arguments);
+    for (std::size_t i = 0; i < facts.size(); ++i) {
+      if (facts[i].ring) fmt::print("{}: {}", model->objects()[i].name, ringText(*facts[i].ring, refractiveIndex));
+    }
     return;
   }
   Json json = jsonHead(arguments.commandLine, {arguments.input});
@@ -209,7 +240,7 @@ void info(const InfoArguments& arguments) {
   json["joins"] = joinsJson(joins);
   json["objects"] = Json::array();
   for (std::size_t i = 0; i < facts.size(); ++i)
-    json["objects"].push_back(objectJson(i + 1, model->objects()[i], facts[i]));
+    json["objects"].push_back(objectJson(i + 1, model->objects()[i], facts[i], refractiveIndex));
   json["seconds"] = watch.seconds();
   printJson(json);
 }
@@ -225,6 +256,11 @@ void addInfo(CLI::App& program, const std::string& commandLine) {
                     "Figures of fairness too: exact bending energy, curvature variation, isophote roughness");
   command->add_flag("--self-intersections", arguments->meetings,
                     "Whether objects intersect themselves: free (proven), intersects (shown) or undecided");
+  command->add_option("--ring", arguments->ring,
+                      "X,Y,R: axial curvature of surfaces on the ring of radius R around the axis along z through X,Y");
+  command->add_option("--index", arguments->index,
+                      "With --ring, lengths in millimetres: the refractive index for powers in dioptres (1.3375 of "
+                      "corneas: simulated keratometry)");
   command->add_flag("--json", arguments->json, "Print one JSON object instead of the table");
   command->footer("Example:\n  strak info hood.step --fairness");
   command->callback([arguments] { info(*arguments); });

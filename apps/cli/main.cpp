@@ -60,6 +60,7 @@ int run(int argc, char** argv) {
   strak::cli::addInfo(program, commandLine);
   strak::cli::addFair(program, commandLine);
   strak::cli::addFit(program, commandLine);
+  strak::cli::addInspect(program, commandLine);
   strak::cli::addCompare(program, commandLine);
   strak::cli::addConvert(program, commandLine);
   strak::cli::addRender(program, commandLine);

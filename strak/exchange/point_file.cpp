@@ -278,7 +278,33 @@ Index PointFile::columnNamed(const std::string& name) const {
   return place == names_.end() ? -1 : place - names_.begin();
 }
 
+void PointFile::choose(const std::vector<Index>& columns) {
+  if (columns.empty()) throw InvalidInput("no column is chosen: give at least one");
+  std::vector<std::string> names;
+  std::vector<Index> chosen;
+  for (const Index column : columns) {
+    if (column < 0 || column >= this->columns()) {
+      throw InvalidInput(
+          fmt::format("'{}' has {} columns: column {} cannot be chosen", path_.string(), this->columns(), column + 1));
+    }
+    const auto k = static_cast<std::size_t>(column);
+    chosen.push_back(chosen_.empty() ? column : chosen_[k]);
+    if (!names_.empty()) names.push_back(names_[k]);
+  }
+  chosen_ = std::move(chosen);
+  names_ = std::move(names);
+}
+
 void PointFile::forEachBlock(const std::function<void(const Net&)>& visit) const {
+  if (chosen_.empty()) return forEachRawBlock(visit);
+  forEachRawBlock([&](const Net& block) {
+    Net kept(block.rows(), columns());
+    for (Index c = 0; c < kept.cols(); ++c) kept.col(c) = block.col(chosen_[static_cast<std::size_t>(c)]);
+    visit(kept);
+  });
+}
+
+void PointFile::forEachRawBlock(const std::function<void(const Net&)>& visit) const {
   if (kept_) {
     for (Index begin = 0; begin < kept_->rows(); begin += kKeptRows) {
       visit(kept_->middleRows(begin, std::min(kKeptRows, kept_->rows() - begin)));

@@ -1,8 +1,8 @@
 #pragma once
 //
 // Measured points, read block by block: tables of numbers (.xyz, .csv, .txt, .dat, with or without header and comments,
-// decimal points or commas), gridded heights (ESRI ASCII grids, USGS DEM, .gtx; with missing values), point clouds (PLY
-// and PCD, in text, binary or compressed form) and the vertices of meshes (OBJ, STL, OFF).
+// decimal points or commas), gridded heights (ESRI ASCII grids, USGS DEM, .gtx, interferograms; with missing values),
+// point clouds (PLY and PCD, in text, binary or compressed form) and the vertices of meshes (OBJ, STL, OFF).
 //
 // Any of them may be packed by gzip. Tables, ESRI grids and clouds that are not compressed may be larger than memory;
 // the others are kept.
@@ -24,8 +24,12 @@ class PointFile {
   // Looks at the head of the file. Throws InvalidInput if it cannot be read, is empty or holds no row of numbers.
   explicit PointFile(std::filesystem::path path);
 
+  // Keeps these of the columns() only, from 0, in this order. Throws InvalidInput if there is none or the file has
+  // not so many.
+  void choose(const std::vector<Index>& columns);
+
   // Numbers a row; of a grid 3: x, y and the height.
-  Index columns() const { return columns_; }
+  Index columns() const { return chosen_.empty() ? columns_ : static_cast<Index>(chosen_.size()); }
   // The header's names, lower case, one a column; empty if there is none.
   const std::vector<std::string>& names() const { return names_; }
   // The column of that name, or -1.
@@ -39,6 +43,7 @@ class PointFile {
 
  private:
   void readHead();
+  void forEachRawBlock(const std::function<void(const Net&)>& visit) const;
   void readGridHead(const std::string& text);
   void forEachBinaryBlock(const std::function<void(const Net&)>& visit) const;
   void forEachTextBlock(const std::function<void(const Net&)>& visit) const;
@@ -47,9 +52,10 @@ class PointFile {
   std::filesystem::path path_;                             // what is read
   std::string name_;                                       // what the user calls it
   std::uintmax_t bytes_ = 0;
-  Index columns_ = 0;
+  Index columns_ = 0;  // of the file
   std::vector<std::string> names_;
-  char separator_ = ' ';  // ' ' (blanks and tabs), ',' or ';'
+  std::vector<Index> chosen_;  // all columns if empty
+  char separator_ = ' ';       // ' ' (blanks and tabs), ',' or ';'
   bool decimalComma_ = false;
   Index headLines_ = 0;  // before the first row
   std::uintmax_t headBytes_ = 0;

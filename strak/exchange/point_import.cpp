@@ -9,13 +9,14 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <cstring>
 #include <numbers>
 #include <unordered_set>
 
 #include "strak/base/error.h"
 #include "strak/base/file.h"
+#include "strak/exchange/binary_number.h"
 #include "strak/exchange/cloud_layout.h"
+#include "strak/exchange/interferogram.h"
 #include "strak/exchange/lzf.h"
 
 namespace strak {
@@ -107,17 +108,9 @@ Points verticesNamed(std::string_view text, std::string_view word) {
   return points;
 }
 
-template <class Number>
-Number read(std::string_view bytes, std::size_t at, bool bigEndian = false) {
-  std::array<char, sizeof(Number)> copy{};
-  std::memcpy(copy.data(), bytes.data() + at, copy.size());
-  if (bigEndian) std::reverse(copy.begin(), copy.end());
-  return std::bit_cast<Number>(copy);
-}
-
 Points stlVertices(std::string_view bytes) {
   constexpr std::size_t kHead = 84, kTriangle = 50, kNormal = 12, kVertex = 12;
-  const std::size_t count = bytes.size() >= kHead ? read<std::uint32_t>(bytes, kHead - 4) : 0;
+  const std::size_t count = bytes.size() >= kHead ? binaryNumber<std::uint32_t>(bytes, kHead - 4) : 0;
   if (bytes.size() < kHead || (bytes.size() - kHead) / kTriangle < count ||
       (bytes.starts_with("solid") && bytes.size() != kHead + count * kTriangle)) {
     if (!bytes.starts_with("solid")) throw InvalidInput("the STL file is shorter than it says: it may be damaged");
@@ -127,7 +120,8 @@ Points stlVertices(std::string_view bytes) {
   for (std::size_t t = 0; t < count; ++t) {
     for (std::size_t v = 0; v < 3; ++v) {
       const std::size_t at = kHead + t * kTriangle + kNormal + v * kVertex;
-      points.push_back({read<float>(bytes, at), read<float>(bytes, at + 4), read<float>(bytes, at + 8)});
+      points.push_back(
+          {binaryNumber<float>(bytes, at), binaryNumber<float>(bytes, at + 4), binaryNumber<float>(bytes, at + 8)});
     }
   }
   return withoutRepetition(points);
@@ -169,8 +163,8 @@ ImportedPoints compressedCloud(const CloudLayout& layout, std::string_view bytes
   const auto count = static_cast<std::size_t>(layout.count);
   if (bytes.size() < layout.headBytes + 8)
     throw InvalidInput("the compressed points are missing: the file may be damaged");
-  const std::size_t packed = read<std::uint32_t>(bytes, layout.headBytes);
-  const std::size_t size = read<std::uint32_t>(bytes, layout.headBytes + 4);
+  const std::size_t packed = binaryNumber<std::uint32_t>(bytes, layout.headBytes);
+  const std::size_t size = binaryNumber<std::uint32_t>(bytes, layout.headBytes + 4);
   if (packed > bytes.size() - layout.headBytes - 8 || size % layout.record != 0 || size / layout.record != count) {
     throw InvalidInput("the compressed points have another size than the header announces: the file may be damaged");
   }
@@ -202,8 +196,9 @@ Points gtxHeights(std::string_view bytes) {
   constexpr float kMissing = -88.8888F;
   if (bytes.size() < kHead) throw InvalidInput("the .gtx grid ends within its header: it may be damaged");
   std::array<double, 4> head{};
-  for (std::size_t k = 0; k < 4; ++k) head[k] = read<double>(bytes, 8 * k, true);
-  const std::int64_t rows = read<std::int32_t>(bytes, 32, true), columns = read<std::int32_t>(bytes, 36, true);
+  for (std::size_t k = 0; k < 4; ++k) head[k] = binaryNumber<double>(bytes, 8 * k, true);
+  const std::int64_t rows = binaryNumber<std::int32_t>(bytes, 32, true),
+                     columns = binaryNumber<std::int32_t>(bytes, 36, true);
   if (rows < 1 || columns < 1 || bytes.size() != kHead + 4 * static_cast<std::size_t>(rows * columns)) {
     throw InvalidInput(
         fmt::format("the .gtx grid does not hold the {} x {} heights that its header announces: it may "
@@ -214,7 +209,7 @@ Points gtxHeights(std::string_view bytes) {
   points.reserve(static_cast<std::size_t>(rows * columns));
   for (std::int64_t i = 0; i < rows; ++i) {
     for (std::int64_t j = 0; j < columns; ++j) {
-      const auto height = read<float>(bytes, kHead + 4 * static_cast<std::size_t>(i * columns + j), true);
+      const auto height = binaryNumber<float>(bytes, kHead + 4 * static_cast<std::size_t>(i * columns + j), true);
       if (height == kMissing) continue;
       points.push_back(
           {head[1] + head[3] * static_cast<double>(j), head[0] + head[2] * static_cast<double>(i), height});
@@ -335,6 +330,7 @@ std::optional<ImportedPoints> importPoints(const std::filesystem::path& path, st
   if (ending == ".stl") return asNet(stlVertices(readFile(path)));
   if (ending == ".off") return asNet(offVertices(readFile(path)));
   if (ending == ".gtx") return asNet(gtxHeights(readFile(path)));
+  if (isInterferogram(head)) return ImportedPoints{interferogramHeights(readFile(path)), {"x", "y", "z"}};
   if (isTopography(head)) return asNet(topographyPoints(readFile(path)));
   if (isDem(head)) return asNet(demHeights(readFile(path)));
   if (const auto layout = cloudLayout(head); layout && layout->compressed) {

@@ -2,7 +2,7 @@
 //
 // Points of files that are read as a whole: the vertices of meshes (OBJ, STL in text or binary form, OFF), compressed
 // point clouds (PCD binary_compressed), heights on grids (USGS DEM,
-// .gtx), and corneal topographies (rings of radii and elevations).
+// .gtx), interferograms (MetroPro .dat) and corneal topographies (rings of radii and elevations).
 
 #include <filesystem>
 #include <optional>

@@ -35,6 +35,8 @@ const char* renderKindName(RenderKind kind) {
       return "mean";
     case RenderKind::deviation:
       return "deviation";
+    case RenderKind::points:
+      return "points";
   }
   return "";
 }
@@ -67,6 +69,7 @@ std::string renderSvg(const std::vector<Object>& objects, const RenderOptions& o
 }
 
 std::string renderHtml(const std::vector<Object>& objects, const std::string& title, const RenderOptions& options) {
+  if (options.kind == RenderKind::points) throw InvalidInput("measured points are drawn as SVG only");
   const Picture picture = preparePicture(objects, options);
   const auto range = options.range ? *options.range : pictureRange(picture, options);
   std::string caption = fmt::format("{} of {}", renderKindName(options.kind), escaped(title));

@@ -21,12 +21,13 @@ enum class RenderKind {
   gaussian,   // colour maps of the Gaussian ...
   mean,       // ... and the mean curvature
   deviation,  // colour map of the signed distance from a reference along its normal
+  points,     // measured points in the colours of their values; drawings only
 };
 
-// "isophotes", "zebra", "isolines", "combs", "gaussian", "mean", "deviation".
+// "isophotes", "zebra", "isolines", "combs", "gaussian", "mean", "deviation", "points".
 const char* renderKindName(RenderKind kind);
 
-// Throws InvalidInput with the list of names for any other name.
+// Throws InvalidInput with the list of names for any other name; points are no choice, they need RenderOptions::points.
 RenderKind renderKind(const std::string& name);
 
 struct RenderOptions {
@@ -42,6 +43,8 @@ struct RenderOptions {
   std::optional<Eigen::AlignedBox3d> frame;        // what fills the picture; default: the objects (frameOf)
   std::optional<std::pair<double, double>> range;  // of what is shown (rangeOf); default: from the objects
   std::vector<Object> reference;                   // for deviation: the same objects as they were
+  Net points;                                      // for points: their places on the surfaces (x, y, z), and
+  Eigen::VectorXd values;                          // ... a value each; points whose value is no number are left out
 };
 
 // The box of all objects that can be drawn (empty if there are none). Give the same box and view to two drawings and
@@ -58,7 +61,7 @@ std::pair<double, double> rangeOf(const std::vector<Object>& objects, const Rend
 std::string renderSvg(const std::vector<Object>& objects, const RenderOptions& options = {});
 
 // A self-contained page that shows the objects with WebGL, starting from the same options, and the SVG drawing below
-// for print and for readers without WebGL. `title` is usually the file's name.
+// for print and for readers without WebGL. `title` is usually the file's name. Throws like renderSvg, and for points.
 std::string renderHtml(const std::vector<Object>& objects, const std::string& title, const RenderOptions& options = {});
 
 }  // namespace strak

@@ -10,6 +10,7 @@
 #include "strak/report/feature_lines.h"
 #include "strak/report/isobands.h"
 #include "strak/report/svg.h"
+#include "strak/report/value_runs.h"
 #include "strak/spline/evaluate.h"
 
 namespace strak {
@@ -20,7 +21,8 @@ constexpr double kMargin = 18, kLegendWidth = 92, kCaptionHeight = 34;
 constexpr const char* kInk = "#1c2733";
 
 bool isMap(RenderKind kind) {
-  return kind == RenderKind::gaussian || kind == RenderKind::mean || kind == RenderKind::deviation;
+  return kind == RenderKind::gaussian || kind == RenderKind::mean || kind == RenderKind::deviation ||
+         kind == RenderKind::points;
 }
 
 // Where the model goes; the rest is for legend and caption.
@@ -39,6 +41,9 @@ void check(const RenderOptions& options) {
     throw InvalidInput("The light direction is zero or not finite: give a vector from the model to the light");
   if (options.range && !(options.range->first < options.range->second))
     throw InvalidInput("The range to show is empty: give a lower and a higher number");
+  if (options.kind == RenderKind::points &&
+      (options.points.cols() != 3 || options.points.rows() != options.values.size()))
+    throw InvalidInput("Points to be shown need three coordinates and a value each");
 }
 
 double reflection(const Eigen::Vector3d& normal, const Eigen::Vector3d& eye, const Eigen::Vector3d& light) {
@@ -86,10 +91,12 @@ class Painter {
 
   std::string draw() && {
     svg_.rectangle(0, 0, options_.width, options_.height, "fill=\"#fff\"");
-    if (options_.kind == RenderKind::zebra || isMap(options_.kind))
+    const bool points = options_.kind == RenderKind::points;
+    if (!points && (options_.kind == RenderKind::zebra || isMap(options_.kind)))
       drawBands();
     else
       drawGround();
+    if (points) drawPoints();
     drawLines();
     if (options_.kind == RenderKind::combs) drawCombs();
     drawOutline();
@@ -144,6 +151,21 @@ class Painter {
     svg_.open("fill-rule=\"evenodd\" stroke-width=\".4\" stroke-linejoin=\"round\"");
     for (std::size_t k = 0; k < paths.size(); ++k)
       svg_.path(paths[k], fmt::format("fill=\"{0}\" stroke=\"{0}\"", colours[k]));
+    svg_.close();
+  }
+
+  // Squares of some pixels, each in the colour of the largest value of its points.
+  void drawPoints() {
+    const int lines = lineCount(options_, picture_.scene);
+    std::vector<std::string> paths(static_cast<std::size_t>(lines));
+    for (const ValueRun& run : valueRuns(picture_, options_, range_)) {
+      paths[static_cast<std::size_t>(run.colour)] +=
+          fmt::format("M{0} {1}h{2}v{3}h-{2}z", run.x, run.y, run.width, run.height);
+    }
+    svg_.open("class=\"points\"");
+    for (std::size_t k = 0; k < paths.size(); ++k) {
+      svg_.path(paths[k], fmt::format("fill=\"{}\"", hexColour(mapColour((static_cast<double>(k) + 0.5) / lines))));
+    }
     svg_.close();
   }
 
@@ -259,6 +281,8 @@ class Painter {
         return "Mean curvature";
       case RenderKind::deviation:
         return "Distance from the reference along its normal";
+      case RenderKind::points:
+        return "Deviation of the points, the largest of each place";
     }
     return {};
   }
@@ -371,8 +395,14 @@ std::pair<double, double> pictureRange(const Picture& picture, const RenderOptio
     const double largest = largestCurvature(allCombs(picture, lineCount(options, picture.scene)));
     return {0, largest > 0 ? largest : 1};
   }
-  // By the area in the picture.
   std::vector<Weighted> shown;
+  if (options.kind == RenderKind::points) {
+    for (const double value : options.values) {
+      if (std::isfinite(value)) shown.push_back({value, 1});
+    }
+    return mapRange(std::move(shown));
+  }
+  // By the area in the picture.
   const auto values = allValues(picture, options);
   for (std::size_t i = 0; i < values.size(); ++i) {
     const SceneSurface& surface = picture.scene.surfaces[i];

@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 #include "strak/base/error.h"
 #include "strak/exchange/model.h"
+#include "strak/spline/evaluate.h"
 #include "tests/report/shapes.h"
 
 namespace strak {
@@ -178,6 +181,34 @@ TEST(Drawing, ThePageHoldsTheViewerTheDrawingAndNothingFromElsewhere) {
   EXPECT_EQ(html.find("src="), std::string::npos);
   EXPECT_EQ(html.find("href="), std::string::npos);
   EXPECT_EQ(html, renderHtml({object(wavySheet(), "</script><b>")}, "<i>title</i>", options));
+}
+
+TEST(Drawing, MeasuredPointsHaveTheColoursOfTheirValues) {
+  const std::vector<Object> objects{object(wavySheet())};
+  const auto* sheet = std::get_if<Surface>(&*objects[0].spline);
+  RenderOptions options;
+  options.kind = RenderKind::points;
+  options.points.resize(3, 3);
+  for (Index k = 0; k < 3; ++k) {
+    const double t = 0.3 + 0.2 * static_cast<double>(k);
+    const auto at = [&](int d) { return sheet->knots(d).from() + t * sheet->knots(d).length(); };
+    options.points.row(k) = evaluate<2>(*sheet, {at(0), at(1)});
+  }
+  options.values = Eigen::Vector3d(-1, std::nan(""), 1);
+  options.view = Eigen::Vector3d::UnitZ();
+  options.lines = 2;
+  const std::string svg = renderSvg(objects, options);
+  EXPECT_EQ(xmlFault(svg), "");
+  const std::size_t group = svg.find("class=\"points\"");
+  ASSERT_NE(group, std::string::npos);
+  const std::string drawn = svg.substr(group, svg.find("</g>", group) - group);
+  // One square in each colour; the point without a value is left out.
+  EXPECT_EQ(std::count(drawn.begin(), drawn.end(), 'z'), 2);
+  EXPECT_EQ(std::count(drawn.begin(), drawn.end(), 'M'), 2);
+  EXPECT_EQ(rangeOf(objects, options), (std::pair{-1.0, 1.0}));
+  EXPECT_THROW(renderHtml(objects, "t", options), InvalidInput);
+  options.values.conservativeResize(2);
+  EXPECT_THROW(renderSvg(objects, options), InvalidInput);
 }
 
 }  // namespace

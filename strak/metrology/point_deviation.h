@@ -1,0 +1,31 @@
+#pragma once
+//
+// How far measured points are from curves and surfaces, with a sign.
+
+#include "strak/spline/spline.h"
+
+namespace strak {
+
+// Whether the spline is the graph of a function, as fits of functions are written: its first D coordinates are the
+// parameters themselves (1e-9 of the domain's length).
+template <int D>
+bool isGraph(const Spline<D>& spline);
+
+struct PointDeviation {
+  Eigen::VectorXd values;  // of each point; not a number where there is none
+  Net feet;                // the spline's points that they are measured from
+  Index missed = 0;        // points without a value
+};
+
+// The point's height minus the graph's there; points beyond the domain have none. Throws InvalidInput if the spline is
+// no graph or the points have other columns.
+template <int D>
+PointDeviation heightDeviation(const Spline<D>& graph, const Eigen::Ref<const Net>& points);
+
+// The distance to the closest point of the spline: positive on the side of the normal (surfaces: X_u x X_v; curves of
+// the plane: the left), without a sign from curves in space. Points beyond an edge are measured from the edge. Throws
+// InvalidInput if the points have other columns or are not finite.
+template <int D>
+PointDeviation normalDeviation(const Spline<D>& spline, const Eigen::Ref<const Net>& points);
+
+}  // namespace strak
