@@ -243,6 +243,8 @@ void inspect(const InspectArguments& arguments) {
   if (!arguments.picture.empty()) drawDeviations(arguments, objects, result);
   if (!arguments.json) return print(arguments, result);
   Json json = jsonHead(arguments.commandLine, {arguments.points, arguments.model});
+  json["objects"] = Json::array();
+  for (const Object& object : objects) json["objects"].push_back({{"name", object.name}, {"kind", object.kind}});
   json["along"] = result.heights ? "height" : "normal";
   json["measured"] = result.measured;
   json["missed"] = result.deviation.missed;

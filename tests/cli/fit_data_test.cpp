@@ -1,7 +1,11 @@
 // strak fit on measured points that nobody here made.
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <cstdlib>
 
+#include "strak/exchange/point_file.h"
 #include "tests/cli/program.h"
 
 namespace strak {
@@ -11,12 +15,17 @@ class FitOfRealData : public test::Program {
  protected:
   // Fits a file of the data folder; null, and the test is skipped, where the folder is absent.
   nlohmann::json fit(const std::string& name, std::vector<std::string> options) const {
+    const std::string file = real(name);
+    if (file.empty()) return nullptr;
+    options.insert(options.begin(), {"fit", file, "-o", path("out.step")});
+    return json(options)["objects"][0];
+  }
+  // Its path; empty where the folder is absent.
+  static std::string real(const std::string& name) {
     const char* named = std::getenv("STRAK_DATA");
     const std::filesystem::path file =
         std::filesystem::path(named != nullptr ? named : STRAK_SOURCE_DIR "/../shared/data") / name;
-    if (!std::filesystem::exists(file)) return nullptr;
-    options.insert(options.begin(), {"fit", std::filesystem::absolute(file).string(), "-o", path("out.step")});
-    return json(options)["objects"][0];
+    return std::filesystem::exists(file) ? std::filesystem::absolute(file).string() : "";
   }
 };
 
@@ -59,6 +68,30 @@ TEST_F(FitOfRealData, AFaceThatStandsOnItsRim) {
   EXPECT_NE(object["drawing"]["plane"], 0);
   EXPECT_LT(object["rms"].get<double>(), 0.1);  // of a height of 17
   EXPECT_GT(object["drawing"]["stretch"], 1.5);
+}
+
+TEST_F(FitOfRealData, ABonnet) {
+  const std::string packed = real("scan/drivaer_fastback_body.obj.gz");
+  if (packed.empty()) GTEST_SKIP() << "measured points are not here: set STRAK_DATA";
+  const std::string unpack = fmt::format("gzip -dc '{}' > '{}'", packed, path("body.obj"));
+  if (std::system(unpack.c_str()) != 0) GTEST_SKIP() << "there is no gzip to unpack the car with";
+  const Net body = readPoints(PointFile(path("body.obj")));
+  EXPECT_EQ(body.rows(), 125446);
+  std::string bonnet = "x,y,z\n";
+  for (Index r = 0; r < body.rows(); ++r) {
+    if (body(r, 0) > -0.5 && body(r, 0) < 0.35 && std::abs(body(r, 1)) < 0.6 && body(r, 2) > 0.62) {
+      bonnet += fmt::format("{},{},{}\n", body(r, 0), body(r, 1), body(r, 2));
+    }
+  }
+  const std::string points = write("bonnet.csv", bonnet);
+  const auto object = json({"fit", points, "-o", path("out.step"), "--kind", "surface"})["objects"][0];
+  EXPECT_EQ(object["measured"], 2100);
+  EXPECT_LT(object["rms"].get<double>(), 4e-4);  // m, of a length of 0.85
+  EXPECT_LT(object["max"].get<double>(), 4e-3);
+  const auto seen = json({"inspect", points, path("out.step"), "--tolerance", "0.001"});
+  EXPECT_EQ(seen["along"], "normal");
+  EXPECT_GT(seen["tolerance"]["inside"].get<double>(), 0.95);
+  EXPECT_LE(seen["deviation"]["rms"].get<double>(), object["rms"].get<double>() * (1 + 1e-6));
 }
 
 TEST_F(FitOfRealData, AGeyser) {
