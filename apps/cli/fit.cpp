@@ -141,6 +141,8 @@ Net keepSheet(const DrawnCloud& drawn, const FitPoints<2>& points, FitOptions<2>
                          sheet.fit.summary.lambda);
     options.energy = energyNamed<2>(sheet.fit.summary.energyName);
     options.smoothing = Smoothing::fixed(sheet.fit.summary.lambda);
+    options.held = sheet.held;
+    options.heldNet = sheet.fit.spline.net();
     fit = fitLeastSquares<2>(sheet.fit.spline.knots(), {sheet.parameters, points.values, points.weights}, options);
     check = sheet.check;
     parameters = sheet.parameters;

@@ -45,9 +45,13 @@ DrawnCloud drawOrRefuse(const FitPoints<2>& points, const std::array<KnotVector,
 
 Json jsonOf(const DrawnCloud& drawn) {
   const DrawnSheet& sheet = drawn.sheet;
-  return {{"plane", drawn.plane},     {"steps", sheet.rms.size()},
-          {"rms", sheet.rms},         {"smoothing", sheet.fit.summary.lambda},
-          {"stretch", sheet.stretch}, {"stopped_before_a_fold", sheet.folded}};
+  return {{"plane", drawn.plane},
+          {"steps", sheet.rms.size()},
+          {"rms", sheet.rms},
+          {"smoothing", sheet.fit.summary.lambda},
+          {"stretch", sheet.stretch},
+          {"stopped_before_a_fold", sheet.folded},
+          {"held_points", sheet.held.size()}};
 }
 
 std::vector<std::string> sheetWarnings(const SheetCheck& check, const Surface& surface) {

@@ -17,6 +17,8 @@ constexpr double kDoubtful = 0.1;        // SheetCheck::doubt; with more the oth
 constexpr double kClearlyNearer = 0.5;   // ... and taken if the errors fall to this part
 constexpr double kFactor = 0.25;         // of the weight, from step to step
 constexpr double kLeastReduction = 0.7;  // a factor nearer to 1 is not tried before a fold
+constexpr double kFewFolds = 0.05;       // of the cells: their control points are held, and the rest is drawn on ...
+constexpr int kHoldingRounds = 6;        // ... after so many fits a step at most
 constexpr double kLeastWeight = 1e-12;   // nothing is smoothed by less
 constexpr double kGrowth = 0.05;         // of the domain's length, per step and edge
 constexpr double kBetter = 0.99;         // cross validation's errors that are worth another step, ...
@@ -67,6 +69,29 @@ Net correctedParameters(const Surface& surface, const FitPoints<2>& points) {
   return parameters;
 }
 
+// A few folds have a place; many are the sheet's.
+bool mayBeHeld(const SheetCheck& check) {
+  return check.folded > 0 && static_cast<double>(check.folded) <= kFewFolds * static_cast<double>(check.cells);
+}
+
+// Holds the control points that form these knot cells where they are on the surface.
+void hold(const std::vector<std::array<Index, 2>>& cells, const Surface& surface, FitOptions<2>& fitting) {
+  if (fitting.heldNet.rows() == 0) fitting.heldNet = surface.net();
+  std::vector<bool> held(static_cast<std::size_t>(surface.net().rows()), false);
+  for (const Index row : fitting.held) held[static_cast<std::size_t>(row)] = true;
+  for (const auto& cell : cells) {
+    for (Index i = 0; i <= surface.degree(0); ++i) {
+      for (Index j = 0; j <= surface.degree(1); ++j) {
+        const Index row = surface.row({cell[0] + i, cell[1] + j});
+        if (held[static_cast<std::size_t>(row)]) continue;
+        held[static_cast<std::size_t>(row)] = true;
+        fitting.held.push_back(row);
+        fitting.heldNet.row(row) = surface.net().row(row);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& options) {
@@ -93,15 +118,34 @@ DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& optio
   result.rms.push_back(current.summary.rms);
   double best = current.summary.crossValidation;
   int idle = 0;
-  for (int step = 1; step < options.steps && idle < kPatience && weight > kLeastWeight; ++step) {
+  bool holding = false;
+  for (int step = 1; step < options.steps && weight > kLeastWeight; ++step) {
+    if (idle >= kPatience) {
+      if (!result.folded || holding) break;
+      // Where it would fold the sheet stays as it is; the rest is drawn on.
+      holding = true;
+      factor = kFactor;
+      idle = 0;
+    }
     if (!options.progress.report(static_cast<double>(step) / options.steps, "drawing the sheet")) {
       result.fit.summary.stopped = true;
       break;
     }
     const Net moved = correctedParameters(current.spline, {parameters, points.values, points.weights});
+    const auto heldBefore = fitting.held;
     Fit<2> next = fitOf(moved, weight * factor);
-    if (checkSheet(next.spline, {moved, points.values, points.weights}, 0).folded > 0) {
-      if (factor == 1) break;
+    SheetCheck check = checkSheet(next.spline, {moved, points.values, points.weights}, 0);
+    for (int round = 0; holding && round < kHoldingRounds && mayBeHeld(check); ++round) {
+      hold(check.foldedCells, current.spline, fitting);
+      next = fitOf(moved, weight * factor);
+      check = checkSheet(next.spline, {moved, points.values, points.weights}, 0);
+    }
+    if (check.folded > 0) {
+      fitting.held = heldBefore;
+      if (factor == 1) {
+        idle = kPatience;
+        continue;
+      }
       // Smaller steps, and in the end none: the parameters still settle at this weight.
       factor = std::sqrt(factor);
       if (factor > kLeastReduction) {
@@ -121,6 +165,7 @@ DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& optio
       best = now;
       result.fit = current;
       result.parameters = parameters;
+      result.held = fitting.held;
     }
   }
   result.stretch = area(result.parameters) / planeArea;

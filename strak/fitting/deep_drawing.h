@@ -6,7 +6,8 @@
 // step by step, and after each step the parameters become those of the closest points. The energy keeps the
 // parametrization near to isometric and closes holes. Points whose foot lies beyond an edge pull the domain along.
 // Source: Dietz, in Hoschek and Juettler, section 5, with (5.10), (5.12) and (5.13) as the errata correct them. That
-// the schedule ends by cross validation, gives way before folds and that the domain grows by tangential steps is ours.
+// the schedule ends by cross validation, gives way before folds, holds what would fold, and that the domain
+// grows by tangential steps is ours.
 
 #include "strak/fitting/sheet_check.h"
 
@@ -24,7 +25,8 @@ struct DrawnSheet {
   Net parameters;           // of the points, on the fit; the domain is as large as the sheet
   std::vector<double> rms;  // of every step
   double stretch = 1;       // the domain's area, in parts of that of the points' projection
-  bool folded = false;      // the drawing stopped before a fold that a lower weight would have made
+  bool folded = false;      // a lower weight would have made a fold ...
+  std::vector<Index> held;  // ... and these control points were held where they were before it, the rest drawn on
   SheetCheck check;         // of the sheet that is returned
 };
 

@@ -70,6 +70,7 @@ void findFolds(const Evaluator<2>& evaluator, const std::vector<FitErrors<2>::Ce
     if (!folds) continue;
     if (check.folded == 0) check.foldedAt = {places[0][i + 1], places[1][j + 1]};
     ++check.folded;
+    check.foldedCells.push_back({static_cast<Index>(c / columns), static_cast<Index>(c % columns)});
   }
 }
 

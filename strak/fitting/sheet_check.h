@@ -14,6 +14,7 @@ struct SheetCheck {
   // more than 90 degrees within half a cell, or its parameter lines touch.
   Index folded = 0, cells = 0;
   std::array<double, 2> foldedAt{};
+  std::vector<std::array<Index, 2>> foldedCells;  // counted in knot spans of each direction
   // The part of the points in cells where their distances, with sign, fall into two groups: two layers of points. 0 if
   // the distances are below 3e-4 of the size: mesh vertices often have such patterns.
   double layered = 0;

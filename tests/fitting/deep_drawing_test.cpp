@@ -8,6 +8,7 @@
 
 #include "strak/base/error.h"
 #include "strak/fitting/parametrization.h"
+#include "strak/spline/evaluate.h"
 
 namespace strak {
 namespace {
@@ -131,6 +132,35 @@ TEST(DeepDrawing, WrapsClosedSheetsAsFarAsOnePatchCan) {
   EXPECT_EQ(sheet.check.folded, 0);
   EXPECT_TRUE(sheet.folded);  // it would have to, to close
   EXPECT_LT(sheet.fit.summary.rms, 0.1);
+}
+
+TEST(DeepDrawing, DrawsOnWhereNothingFolds) {
+  // Waves with a hole in the middle, and a ball of points above it that no sheet can follow.
+  int number = 0;
+  const Net points = cloud(8000, [&number](double s, double t) {
+    if (++number % 80 == 0) {
+      const double angle = std::numbers::pi * s, height = std::fmod(0.618 * number, 2) - 1;
+      const double radius = 0.15 * std::sqrt(std::abs(t) * (1 - height * height));
+      return Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), 0.15 + 0.15 * height);
+    }
+    const double x = std::hypot(s, t) < 0.12 ? s + 0.3 : s;
+    return Eigen::Vector3d(x, t, 0.03 * std::sin(9 * x) * std::sin(9 * t));
+  });
+  const DrawnSheet sheet = drawSheet({planeParameters(points), points}, size(24));
+  EXPECT_TRUE(sheet.folded);
+  EXPECT_EQ(sheet.check.folded, 0);
+  EXPECT_FALSE(sheet.held.empty());
+  EXPECT_LT(sheet.held.size(), 24 * 24 / 4);
+  EXPECT_LT(sheet.fit.summary.lambda, 2e-8);
+  double squares = 0;
+  Index count = 0;
+  for (Index r = 0; r < points.rows(); ++r) {
+    if (points.row(r).head<2>().norm() < 0.5) continue;
+    const Point at = evaluate<2>(sheet.fit.spline, {sheet.parameters(r, 0), sheet.parameters(r, 1)});
+    squares += (at - points.row(r)).squaredNorm();
+    ++count;
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(count)), 1.5 * kNoise);
 }
 
 TEST(DeepDrawing, RefusesWhatCannotBeASheetAndStopsWhenAsked) {
