@@ -36,9 +36,9 @@ class PointFile {
   Index columnNamed(const std::string& name) const;
   std::uintmax_t bytes() const { return bytes_; }
 
-  // Calls `visit` with all rows in the order of the file, some 10^4 to 10^6 at a time. Parsed by all threads; the same blocks
-  // whenever it is called. Points of clouds that are not finite are missing ones and left out. Throws InvalidInput with
-  // the number of the line that is not a row of `columns()` numbers, or if the file ends too early.
+  // Calls `visit` with all rows in the order of the file, some 10^4 to 10^6 at a time. Parsed by all threads; the same
+  // blocks whenever it is called. Points of clouds that are not finite are missing ones and left out. Throws
+  // InvalidInput with the number of the line that is not a row of `columns()` numbers, or if the file ends too early.
   void forEachBlock(const std::function<void(const Net&)>& visit) const;
 
  private:
