@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "apps/cli/console.h"
 #include "apps/cli/values.h"
 #include "strak/base/error.h"
@@ -83,10 +85,12 @@ Json writeTrimmedFit(const TrimArguments& arguments, const std::string& output, 
 
   Json loops = Json::array();
   Index pinned = 0;
+  double largest = 0;
   double area = 0, triangles = 0;
   const auto take = [&](const FairLoop& loop) {
     loops.push_back(jsonOf(loop));
     pinned += loop.pinned;
+    largest = std::max(largest, loop.deviation);
     area += loop.area;
     TrimLoop curves = loop.pieces;
     for (Curve& curve : curves) {
@@ -117,6 +121,12 @@ Json writeTrimmedFit(const TrimArguments& arguments, const std::string& output, 
   if (parts.size() > 1) {
     warnings.push_back(
         fmt::format("the points lie in {} separate parts: the file has a trimmed face for each", parts.size()));
+  }
+  if (options.tolerance > 0 && largest > options.tolerance) {
+    warnings.push_back(fmt::format(
+        "a border point is {} away from its trimming curve, farther than --trim-tolerance: unevenly spaced points "
+        "there are not followed more closely",
+        number(largest)));
   }
   if (pinned > 0) {
     warnings.push_back(fmt::format(
