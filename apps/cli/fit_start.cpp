@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "apps/cli/values.h"
 #include "strak/base/error.h"
 #include "strak/exchange/model.h"
 #include "strak/fairing/held_points.h"
 #include "strak/metrology/closest_points.h"
+#include "strak/metrology/point_deviation.h"
 #include "strak/spline/reparametrize.h"
 
 namespace strak::cli {
@@ -18,22 +17,11 @@ namespace {
 // The function whose graph the spline is: its first coordinates are its parameters. `where` names the file.
 template <int D>
 Spline<D> functionOf(const Spline<D>& graph, const std::string& where) {
-  constexpr double kLinear = 1e-9;  // of the domain
-  std::array<std::vector<double>, static_cast<std::size_t>(D)> greville;
-  for (std::size_t k = 0; k < D; ++k) greville[k] = graph.knots()[k].greville();
-  for (Index r = 0; r < graph.net().rows(); ++r) {
-    Index rest = r;
-    for (std::size_t k = D; k-- > 0;) {
-      const Index i = rest % graph.sizes()[k];
-      rest /= graph.sizes()[k];
-      const double apart = graph.net()(r, static_cast<Index>(k)) - greville[k][static_cast<std::size_t>(i)];
-      if (!(std::abs(apart) <= kLinear * graph.knots()[k].length())) {
-        throw InvalidInput(
-            fmt::format("{} is no graph of a function over its own parameters, as strak fit writes it: give such a "
-                        "one, or --kind {}",
-                        where, D == 1 ? "curve" : "surface"));
-      }
-    }
+  if (!isGraph<D>(graph)) {
+    throw InvalidInput(
+        fmt::format("{} is no graph of a function over its own parameters, as strak fit writes it: give such a "
+                    "one, or --kind {}",
+                    where, D == 1 ? "curve" : "surface"));
   }
   return {graph.knots(), Net(graph.net().col(D))};
 }
