@@ -15,6 +15,7 @@
 #include "apps/cli/fit_knots.h"
 #include "apps/cli/fit_normals.h"
 #include "apps/cli/fit_points.h"
+#include "apps/cli/fit_report.h"
 #include "apps/cli/fit_sheet.h"
 #include "apps/cli/fit_start.h"
 #include "apps/cli/fit_trim.h"
@@ -33,8 +34,6 @@ namespace strak::cli {
 
 namespace {
 
-constexpr std::size_t kShownCells = 5;  // with points outside, the worst ones; --json lists more
-
 struct FitArguments {
   std::string input, output, kind, columns, degree = "3", size, domain, smoothing = "auto", noise, tolerance,
                                             share = "100", energy, scale = "lengths", conditions, start, hold,
@@ -43,22 +42,6 @@ struct FitArguments {
   TrimArguments trim;
   bool json = false, quiet = false;
   std::string commandLine;
-};
-
-// What all kinds of fits have to tell.
-struct FitReport {
-  std::string kind;
-  std::vector<int> degree;
-  std::vector<Index> size;
-  FitSummary summary;
-  double tolerance = 0;
-  bool adaptive = false, reached = false;
-  double share = 1;
-  int rounds = 0;
-  Index inserted = 0, removed = 0;
-  Json outside = Json::array();
-  bool streamed = false;
-  Json loss, correction, drawing, following, normals, trimming;  // null where there is none
 };
 
 Smoothing smoothingOf(const FitArguments& arguments) {
@@ -91,30 +74,6 @@ void addConditions(const FitArguments& arguments, const FitColumns& columns, Fit
   for (Index k = 0; k < options.conditionValues.cols(); ++k) {
     options.conditionValues.col(k) = rows.col(own.values[static_cast<std::size_t>(k)]);
   }
-}
-
-template <int D>
-void takeOver(const AdaptiveFit<D>& fit, FitReport& report) {
-  report.reached = fit.reached;
-  report.rounds += fit.rounds;
-  report.inserted += fit.inserted;
-  report.removed += fit.removed;
-  report.outside = Json::array();
-  for (const auto& cell : fit.outside) {
-    report.outside.push_back(
-        {{"from", cell.from}, {"to", cell.to}, {"points", cell.count}, {"outside", cell.outside}, {"max", cell.max}});
-  }
-}
-
-template <int D>
-void takeOver(const RobustFit<D>& fit, const std::string& name, FitReport& report) {
-  report.loss = {{"name", name},         {"scale", fit.scale},         {"outliers", fit.outliers},
-                 {"rounds", fit.rounds}, {"converged", fit.converged}, {"gap", fit.gap}};
-}
-
-template <int D>
-void takeOver(const MinimaxFit<D>& fit, FitReport& report) {
-  report.loss = {{"name", "linf"}, {"rounds", fit.rounds}, {"converged", fit.converged}, {"gap", fit.gap}};
 }
 
 // How many rounds of parameter correction: only points that come without parameters are corrected unasked.
@@ -307,74 +266,6 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   return report;
 }
 
-Json jsonOf(const FitReport& report) {
-  const FitSummary& s = report.summary;
-  Json json{{"kind", report.kind},
-            {"measured", s.points},
-            {"outside_domain", s.outsideDomain},
-            {"degree", report.degree},
-            {"points", report.size},
-            {"energy", {{"name", s.energyName}, {"value", s.energy}}},
-            {"smoothing", {{"lambda", s.lambda}, {"freedom", s.freedom}, {"cross_validation", s.crossValidation}}},
-            {"rms", s.rms},
-            {"max", s.max},
-            {"worst", {{"point", s.worstPoint + 1}, {"at", s.worstPlace}}}};
-  if (report.adaptive) {
-    json["tolerance"] = {{"value", report.tolerance},       {"share", report.share},
-                         {"inside", s.insideShare()},       {"reached", report.reached},
-                         {"rounds", report.rounds},         {"knots_inserted", report.inserted},
-                         {"knots_removed", report.removed}, {"outside", report.outside}};
-  }
-  if (!report.loss.is_null()) json["loss"] = report.loss;
-  if (!report.drawing.is_null()) json["drawing"] = report.drawing;
-  if (!report.correction.is_null()) json["correction"] = report.correction;
-  if (!report.following.is_null()) json["following"] = report.following;
-  if (!report.normals.is_null()) json["normals"] = report.normals;
-  if (!report.trimming.is_null()) json["trimming"] = report.trimming;
-  json["streamed"] = report.streamed;
-  json["warnings"] = s.warnings;
-  return json;
-}
-
-void print(const FitReport& report, const FitArguments& arguments, double seconds) {
-  const FitSummary& s = report.summary;
-  fmt::print("{} of degree {} with {} control points near {} points\n", report.kind, times(report.degree),
-             times(report.size), s.points);
-  fmt::print("smoothing   {} ({}), {} degrees of freedom\n", number(s.lambda), s.energyName, number(s.freedom));
-  fmt::print("errors      rms {}, largest {} at point {} ({})\n", number(s.rms), number(s.max), s.worstPoint + 1,
-             fmt::join(s.worstPlace, ", "));
-  if (!report.loss.is_null() && !report.loss.contains("scale")) {
-    fmt::print("loss        {}: gap {} after {} rounds\n", report.loss["name"].get<std::string>(),
-               number(report.loss["gap"].get<double>()), report.loss["rounds"].dump());
-  } else if (!report.loss.is_null()) {
-    fmt::print("loss        {}: scale of the noise {}, {} outliers, gap {} after {} rounds\n",
-               report.loss["name"].get<std::string>(), number(report.loss["scale"].get<double>()),
-               report.loss["outliers"].dump(), number(report.loss["gap"].get<double>()), report.loss["rounds"].dump());
-  }
-  if (!report.drawing.is_null()) {
-    fmt::print("drawn       in {} steps, rms {} to {}, the domain {} times as large\n", report.drawing["steps"].dump(),
-               number(report.drawing["rms"].front().get<double>()), number(report.drawing["rms"].back().get<double>()),
-               number(report.drawing["stretch"].get<double>()));
-  }
-  if (!report.correction.is_null()) {
-    fmt::print("parameters  corrected in {} rounds, rms {} before\n", report.correction["rounds"].dump(),
-               number(report.correction["rms"][0].get<double>()));
-  }
-  if (!report.following.is_null()) fmt::print("{}", describeFollowing(report.following));
-  if (!report.normals.is_null()) fmt::print("{}", describeNormals(report.normals));
-  if (report.adaptive) {
-    fmt::print("tolerance   {:.6g} % of the points within {} ({} knots inserted in {} rounds, {} removed)\n",
-               100 * s.insideShare(), number(report.tolerance), report.inserted, report.rounds, report.removed);
-    for (std::size_t i = 0; i < std::min(kShownCells, report.outside.size()); ++i) {
-      const Json& cell = report.outside[i];
-      fmt::print("  outside   {} of {} points in {} to {}, up to {}\n", cell["outside"].dump(), cell["points"].dump(),
-                 cell["from"].dump(), cell["to"].dump(), number(cell["max"].get<double>()));
-    }
-  }
-  if (!report.trimming.is_null()) printTrimming(report.trimming);
-  fmt::print("wrote {} in {}\n", arguments.output, duration(seconds));
-}
-
 // A surface instead of points.
 void turn(const FitArguments& a) {
   for (const auto& [option, value] : {std::pair{"--kind", a.kind},
@@ -385,6 +276,7 @@ void turn(const FitArguments& a) {
                                       {"--conditions", a.conditions},
                                       {"--correct", a.correct},
                                       {"--energy", a.energy},
+                                      {"--trim", a.trim.gap},
                                       {"--loss", a.loss == "l2" ? std::string() : a.loss}}) {
     if (!value.empty()) throw InvalidInput(fmt::format("{} is for points: '{}' holds a surface", option, a.input));
   }
@@ -420,7 +312,7 @@ void fit(const FitArguments& arguments) {
     json["seconds"] = watch.seconds();
     printJson(json);
   } else if (!arguments.quiet) {
-    print(report, arguments, watch.seconds());
+    print(report, arguments.output, watch.seconds());
   }
 }
 
