@@ -153,7 +153,8 @@ DataDependentFairing Iteration::run() {
   std::vector<SurfaceFairness> before, after;
   const auto holds = [&](const Eigen::VectorXd& e) {
     summary.energyAfter = placeAt(e).value;
-    return summary.energyAfter <= summary.energyBefore && jumpsHold(e) && problem_.worseFigures(e, before, after).empty();
+    return summary.energyAfter <= summary.energyBefore && jumpsHold(e) &&
+           problem_.worseFigures(e, before, after).empty();
   };
   while (way_.size() > 1 && !holds(way_.back())) {
     const Eigen::VectorXd first = way_.back();

@@ -37,7 +37,8 @@ struct DataDependentFit {
   bool settled = false;
 };
 
-// "data-dependent" or "beltrami" (Beltrami's operator), "data-dependent-plate" (all second derivatives); nothing for another word.
+// "data-dependent" or "beltrami" (Beltrami's operator), "data-dependent-plate" (all second derivatives); nothing for
+// another word.
 std::optional<InnerBending> innerBendingNamed(std::string_view name);
 
 // Makes a fit with these options on the knots of the fit before.
