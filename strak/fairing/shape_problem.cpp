@@ -107,7 +107,8 @@ Eigen::MatrixX3d ShapeProblem::places() const {
     const Index columns = patch.input->surface.size(1);
     // The place in the net separates best: a blade bent on itself has far points side by side in space.
     if (patches_.size() == 1) {
-      places.row(u) << static_cast<double>(row / columns), static_cast<double>(row % columns), 0;
+      const Index i = row / columns, j = row % columns;
+      places.row(u) << static_cast<double>(i), static_cast<double>(j), 0;
     } else {
       places.row(u) = patch.start.row(row);
     }
