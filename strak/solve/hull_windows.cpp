@@ -88,13 +88,13 @@ struct HullWindows::Parts {
   Parts(std::shared_ptr<const BlockPattern> coupled, const Eigen::Ref<const Eigen::MatrixX3d>& where)
       : pattern(std::move(coupled)), places(where), couplings(*pattern) {}
 
-  Points withNeighbours(Points points) const;
+  Points withNeighbours(const Points& points) const;
   void colour();
   HullResult minimize(const Points& window, const HullProblem& problem, const RowsOfPoints& rowsOf,
                       const HullOptions& options, Eigen::VectorXd& x) const;
 };
 
-Points HullWindows::Parts::withNeighbours(Points points) const {
+Points HullWindows::Parts::withNeighbours(const Points& points) const {
   Points wider = points;
   for (int p : points) {
     for (const Coupling* c = couplings.begin(p); c != couplings.end(p); ++c) wider.push_back(c->other);
@@ -213,7 +213,7 @@ HullWindows::HullWindows(std::shared_ptr<const BlockPattern> pattern, const Eige
   }
   bisect(std::move(points), parts_->places, options.points, parts_->windows);
   for (Points& window : parts_->windows) {
-    for (int k = 0; k < options.overlap; ++k) window = parts_->withNeighbours(std::move(window));
+    for (int k = 0; k < options.overlap; ++k) window = parts_->withNeighbours(window);
   }
   parts_->colour();
 }
