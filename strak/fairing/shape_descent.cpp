@@ -68,8 +68,11 @@ class Descent {
   void stage(const Stop& stop);
   void makeWindows(std::vector<int> unknowns = {});
   bool raiseWeights();
-  bool settle(ShapeDescent& result);
-  void goBack();
+  bool holds(ShapeDescent& result);
+  void goTo(const Eigen::VectorXd& e);
+  void lookBack(ShapeDescent& result);
+  bool withdraw(ShapeDescent& result);
+  void settle(ShapeDescent& result);
   void accept(const Eigen::VectorXd& e, ShapeProblem::Figures at);
 
   const ShapeDescentOptions& options_;
@@ -223,18 +226,33 @@ void Descent::stage(const Stop& stop) {
   }
 }
 
-// Goes on until the place where it stands holds: of many patches those that do not go back to the input, and the others
-// go on without them. False if that leads nowhere.
-bool Descent::settle(ShapeDescent& result) {
-  for (int withdrawals = 0;; ++withdrawals) {
-    std::vector<std::size_t> worse = problem_.worseJoins(now_);
-    if (worse.empty() || problem_.patches() > 1) {
-      const auto more = problem_.worseFigures(e_, result.before, result.after);
-      worse.insert(worse.end(), more.begin(), more.end());
-    }
+bool Descent::holds(ShapeDescent& result) {
+  return problem_.worseJoins(now_).empty() && problem_.worseFigures(e_, result.before, result.after).empty();
+}
+
+void Descent::goTo(const Eigen::VectorXd& e) {
+  e_ = e;
+  now_ = problem_.figuresAt(e_);
+}
+
+// Back to the last place that holds, or the start.
+void Descent::lookBack(ShapeDescent& result) {
+  while (accepted_.size() > 1) {
+    accepted_.pop_back();
+    goTo(accepted_.back());
+    if (accepted_.size() > 1 && holds(result)) return;
+  }
+}
+
+// The patches that do not hold go back to the input, and the others go on without them, until all holds. False if that
+// leads nowhere.
+bool Descent::withdraw(ShapeDescent& result) {
+  for (int times = 0;; ++times) {
+    std::vector<std::size_t> worse = problem_.worseFigures(e_, result.before, result.after);
+    const auto more = problem_.worseJoins(now_);
+    worse.insert(worse.end(), more.begin(), more.end());
     if (worse.empty()) return true;
-    if (problem_.patches() == 1 || withdrawals == kMostWithdrawals || stop_ == StopReason::cancelled) return false;
-    if (!problem_.holdPatches(worse)) return false;
+    if (times == kMostWithdrawals || stop_ == StopReason::cancelled || !problem_.holdPatches(worse)) return false;
     const Eigen::VectorXd x = problem_.withHeld(e_);
     accept(x, problem_.figuresAt(x));
     if (windows_) makeWindows();
@@ -244,11 +262,22 @@ bool Descent::settle(ShapeDescent& result) {
   }
 }
 
-// One place back; of many patches to the start, because all that led nowhere has been tried.
-void Descent::goBack() {
-  accepted_.resize(problem_.patches() == 1 ? accepted_.size() - 1 : 1);
-  e_ = accepted_.back();
-  now_ = problem_.figuresAt(e_);
+// Leaves the best place where everything holds. Of a large part earlier places are not looked at: there is always a
+// patch that does not hold.
+void Descent::settle(ShapeDescent& result) {
+  if (accepted_.size() == 1 || holds(result)) return;
+  const Eigen::VectorXd last = e_;
+  const bool several = problem_.patches() > 1;
+  if (several && isLarge()) {
+    accepted_.resize(1);
+  } else {
+    lookBack(result);
+  }
+  if (!several || accepted_.size() > 1) return;
+  accept(last, problem_.figuresAt(last));
+  if (withdraw(result)) return;
+  accepted_.resize(1);
+  goTo(accepted_.back());
 }
 
 ShapeDescent Descent::run() {
@@ -268,12 +297,12 @@ ShapeDescent Descent::run() {
       problem_.resetPlateWeights();
       stage(kStopLater);
       if (problem_.patches() == 1 && problem_.plainMerit(now_) > firstMerit) {
-        accepted_.resize(firstStage + 1);
-        goBack();
+        accepted_.resize(firstStage);
+        goTo(accepted_.back());
       }
     }
   }
-  while (accepted_.size() > 1 && !settle(result)) goBack();
+  settle(result);
   result.steps = steps_;
   result.stopReason = nothingFree ? StopReason::nothingFree : stop_;
   if (accepted_.size() == 1) {
