@@ -32,8 +32,10 @@ std::vector<Index> columnsNamed(const PointFile& file, const std::vector<std::st
   result.clear();
   for (std::size_t k = 0; k < names.size(); ++k) result.push_back(first + static_cast<Index>(k));
   if (result.back() >= file.columns()) {
-    throw InvalidInput(fmt::format("the file has {} columns, but {} are needed ({}): give them, or another --kind",
-                                   file.columns(), result.back() + 1, fmt::join(names, ", ")));
+    throw InvalidInput(
+        fmt::format("the file has {} columns, but {} are needed ({}): give them, choose others with --columns, or take "
+                    "another kind of spline",
+                    file.columns(), result.back() + 1, fmt::join(names, ", ")));
   }
   return result;
 }

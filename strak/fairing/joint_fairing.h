@@ -39,7 +39,8 @@ struct JointFairing {
 };
 
 // Fairs the faces of a plan. Guarantees for every face those of fairExactly, and that no joint gets a larger mean
-// angle or mean curvature jump; the largest angle at one place of a joint may rise to 0.1 degrees. Where a face meets
+// angle or mean curvature jump; the largest angle at one place of a joint may rise to 0.1 degrees. Faces
+// for which that cannot be had keep still, and the others move around them. Where a face meets
 // itself that did not before (meetingAfterMove) all come back as they were, with StopReason::meetsItself. Throws
 // InvalidInput as fairExactly does.
 JointFairing fairJointly(const PartPlan& plan, const JointFairingOptions& options = {});

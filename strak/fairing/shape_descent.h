@@ -41,7 +41,7 @@ ShapePatch patchOf(const Surface& surface, const HeldPoints& held);
 struct ShapeDescentOptions {
   double tolerance = kUnlimited;
   bool ballsOnPoints = false;
-  int maxSteps = 40;
+  int maxSteps = 40;  // and as many again whenever patches are withdrawn
   Progress progress = {};
 };
 
@@ -57,9 +57,10 @@ struct ShapeDescent {
 
 // Guarded are plate energy, curvature variation and roughness of every patch, and the mean angle and mean curvature
 // jump of every join and of every inner knot line that is only C1: none is larger than before (lines that are smooth to
-// 1e-5 rad, or to 2 % of their curvature, stay so; the largest angle at one place may rise to 0.1 degrees). Where a
-// surface is singular and its integrals diverge, the descent's own quadrature must do. The unknowns are numbered 0, 1,
-// ... without gaps. Throws InvalidInput unless all surfaces lie in space.
+// 1e-5 rad, or to 2 % of their curvature, stay so; the largest angle at one place may rise to 0.1 degrees). Of
+// several patches those for which that cannot be had stay where the input has them, and the others go on without them.
+// Where a surface is singular and its integrals diverge, the descent's own quadrature must do. The unknowns are
+// numbered 0, 1, ... without gaps. Throws InvalidInput unless all surfaces lie in space.
 ShapeDescent descendShape(const std::vector<ShapePatch>& patches, const std::vector<ShapeJoin>& joins,
                           const ShapeDescentOptions& options);
 

@@ -37,15 +37,6 @@ class FitNormals : public test::Program {
     const Eigen::Vector3d n = Eigen::Vector3d(d.row(1).transpose()).cross(Eigen::Vector3d(d.row(2).transpose()));
     return std::atan2(n.cross(normal).norm(), std::abs(n.dot(normal))) * 180 / std::numbers::pi;
   }
-
-  std::string refusal(std::vector<std::string> arguments) const {
-    const auto before = files();
-    const Outcome outcome = strak(arguments);
-    EXPECT_EQ(outcome.code, 2) << outcome.err;
-    EXPECT_EQ(files(), before);
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    return outcome.err;
-  }
 };
 
 TEST_F(FitNormals, TiltTheGraphOfAFunction) {

@@ -28,15 +28,6 @@ class FitStart : public Program {
     }
     return text;
   }
-
-  std::string refusal(const std::vector<std::string>& arguments) const {
-    const auto before = files();
-    const Outcome outcome = strak(arguments);
-    EXPECT_EQ(outcome.code, 2) << outcome.err;
-    EXPECT_EQ(files(), before);
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    return outcome.err;
-  }
 };
 
 // Rows of the border equal to the bit, others not.

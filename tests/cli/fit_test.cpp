@@ -29,16 +29,6 @@ class FitCommand : public test::Program {
     }
     return write("saddle.csv", text);
   }
-
-  // The sentence of a run that must fail with 2 and leave nothing behind.
-  std::string refusal(std::vector<std::string> arguments) const {
-    const auto before = files();
-    const Outcome outcome = strak(arguments);
-    EXPECT_EQ(outcome.code, 2) << outcome.err;
-    EXPECT_EQ(files(), before);
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    return outcome.err;
-  }
 };
 
 TEST_F(FitCommand, MakesTheGraphOfAFunction) {

@@ -32,16 +32,6 @@ class FitTrim : public test::Program {
     }
     return write(name, text);
   }
-
-  // The sentence of a run that must fail with 2 and leave nothing behind.
-  std::string refusal(std::vector<std::string> arguments) const {
-    const auto before = files();
-    arguments.insert(arguments.begin(), "fit");
-    const Outcome outcome = strak(arguments);
-    EXPECT_EQ(outcome.code, 2) << outcome.err;
-    EXPECT_EQ(files(), before);
-    return outcome.err;
-  }
 };
 
 constexpr double kHoles = 3.14159 * 15 * 15 + 400;
@@ -100,14 +90,15 @@ TEST_F(FitTrim, SaysWhatItDid) {
 
 TEST_F(FitTrim, RefusesWhatHasNoTrimming) {
   const std::string in = sheet("in.csv");
-  EXPECT_NE(refusal({in, "-o", path("out.g2"), "--trim", "auto"}).find(".step"), std::string::npos);
-  EXPECT_NE(refusal({in, "-o", path("out.step"), "--trim", "-1"}).find("--trim"), std::string::npos);
-  EXPECT_NE(refusal({in, "-o", path("out.step"), "--trim", "wide"}).find("--trim"), std::string::npos);
-  EXPECT_NE(refusal({in, "-o", path("out.step"), "--trim-tolerance", "1"}).find("--trim"), std::string::npos);
-  EXPECT_NE(refusal({in, "-o", path("out.step"), "--trim", "0.001"}).find("gap"), std::string::npos);
-  EXPECT_NE(refusal({in, "-o", path("out.step"), "--trim", "auto", "--memory", "0"}).find("memory"), std::string::npos);
+  EXPECT_NE(refusal({"fit", in, "-o", path("out.g2"), "--trim", "auto"}).find(".step"), std::string::npos);
+  EXPECT_NE(refusal({"fit", in, "-o", path("out.step"), "--trim", "-1"}).find("--trim"), std::string::npos);
+  EXPECT_NE(refusal({"fit", in, "-o", path("out.step"), "--trim", "wide"}).find("--trim"), std::string::npos);
+  EXPECT_NE(refusal({"fit", in, "-o", path("out.step"), "--trim-tolerance", "1"}).find("--trim"), std::string::npos);
+  EXPECT_NE(refusal({"fit", in, "-o", path("out.step"), "--trim", "0.001"}).find("gap"), std::string::npos);
+  EXPECT_NE(refusal({"fit", in, "-o", path("out.step"), "--trim", "auto", "--memory", "0"}).find("memory"),
+            std::string::npos);
   const std::string curve = write("curve.txt", "0 0\n1 1\n2 0\n3 1\n4 0\n");
-  EXPECT_NE(refusal({curve, "-o", path("out.step"), "--kind", "curve", "--trim", "auto"}).find("curve"),
+  EXPECT_NE(refusal({"fit", curve, "-o", path("out.step"), "--kind", "curve", "--trim", "auto"}).find("curve"),
             std::string::npos);
 }
 

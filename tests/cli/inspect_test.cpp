@@ -29,13 +29,6 @@ class Inspect : public test::Program {
       return std::sqrt(7.8 * 7.8 - x * x - y * y) + (x == 2 && y == 2 ? bump : 0);
     });
   }
-  std::string refusal(const std::vector<std::string>& arguments) const {
-    const auto before = files();
-    const test::Outcome outcome = strak(arguments);
-    EXPECT_EQ(outcome.code, 2) << outcome.err;
-    EXPECT_EQ(files(), before);
-    return outcome.err;
-  }
 };
 
 TEST_F(Inspect, TellsTheRadiusAndThePowerOfADome) {

@@ -98,6 +98,15 @@ nlohmann::json Program::json(std::vector<std::string> arguments) const {
   return nlohmann::json::parse(outcome.out, nullptr, false);
 }
 
+std::string Program::refusal(const std::vector<std::string>& arguments) const {
+  const auto before = files();
+  const Outcome outcome = strak(arguments);
+  EXPECT_EQ(outcome.code, 2) << outcome.err;
+  EXPECT_EQ(files(), before);
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  return outcome.err;
+}
+
 std::vector<std::string> Program::files() const {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(folder_)) {

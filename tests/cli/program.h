@@ -40,6 +40,9 @@ class Program : public testing::Test {
   // The JSON of a run that must succeed.
   nlohmann::json json(std::vector<std::string> arguments) const;
 
+  // The one sentence of a run that must fail with 2 and leave nothing behind.
+  std::string refusal(const std::vector<std::string>& arguments) const;
+
   // The names of all files in the folder, hidden ones too, without the captured output.
   std::vector<std::string> files() const;
 
