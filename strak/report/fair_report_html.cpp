@@ -60,6 +60,7 @@ std::string tiles(const FairReport& report) {
   std::size_t faired = 0;
   BeforeAfter energy, plate;
   double deviation = 0, moved = 0, gap = 0;
+  bool certified = true;  // every optimum; those of exact energies are not
   for (const FairedObject& object : report.objects) {
     if (!object.faired()) continue;
     ++faired;
@@ -69,6 +70,7 @@ std::string tiles(const FairReport& report) {
     plate.after += object.plate.after;
     deviation = std::max(deviation, object.deviationUpper);
     moved = std::max(moved, object.controlPointMove);
+    certified = certified && std::isfinite(object.summary.gap);
     gap = std::max(gap, object.summary.gap);
   }
   const std::string& unit = report.unit;
@@ -85,7 +87,7 @@ std::string tiles(const FairReport& report) {
        std::isfinite(report.tolerance)
            ? fmt::format("tolerance {} on {}", withUnit(report.tolerance, unit), escaped(report.toleranceKind))
            : fmt::format("no tolerance set; control points {}", withUnit(moved, unit)));
-  tile("Distance from the optimum", figure(gap, 2), "certified, relative, worst object");
+  if (certified && faired > 0) tile("Distance from the optimum", figure(gap, 2), "certified, relative, worst object");
   if (!report.joins.empty()) {
     const JoinSummary joins = summaryOf(report.joins);
     const std::string inverse = unit.empty() ? "" : fmt::format("\u00A01/{}", escaped(unit));

@@ -1,6 +1,7 @@
 #include "strak/report/fair_report.h"
 
 #include <gtest/gtest.h>
+
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
 #include <unistd.h>
@@ -10,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -121,6 +123,15 @@ TEST(FairReportHtml, HoldsDrawingsTablesReasonsAndTheCommand) {
         "<h2>Left alone</h2>", "a plane is not a B-spline", "2 knots inserted", "0.012", "Gap at edge 2",
         "strak fair &#39;a &lt;b&gt;.step&#39; -o b.step", "data-kind=\"deviation\"", "\"deviation\":{\"from\""})
     EXPECT_NE(html.find(part), std::string::npos) << part;
+}
+
+// Exact energies have no certificate: without one of every object there is nothing to say about the worst.
+TEST(FairReportHtml, ClaimsNoDistanceFromAnOptimumWithoutACertificate) {
+  FairReport r = report();
+  EXPECT_NE(fairReportHtml(r).find("Distance from the optimum"), std::string::npos);
+  r.objects.push_back(r.objects.front());
+  r.objects.back().summary.gap = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(fairReportHtml(r).find("Distance from the optimum"), std::string::npos);
 }
 
 TEST(FairReportHtml, IsSelfContainedSafeAndRepeatable) {
