@@ -1,14 +1,12 @@
 // Fits of a noisy grid beside Open CASCADE's approximation (GeomAPI_PointsToBSplineSurface) in the same run, on one
-// thread: Franke's function at 50 x 50 and 100 x 100 places with gaussian noise of 0.01. The last lines are the ratios.
+// thread: Franke's function at 50 x 50 and 100 x 100 places with gaussian noise of 0.01. For the ratios, and FITPACK in
+// the same run: peers/fitting.py.
 //
 // Open CASCADE takes grids only, and larger ones take it minutes. It is given three times the noise as its tolerance;
 // with a smaller one it follows the noise. "true_rms" is the error against the function without noise.
 
 #include <benchmark/benchmark.h>
-#include <fmt/format.h>
 #include <tbb/global_control.h>
-
-#include <map>
 
 #include "strak/fitting/least_squares.h"
 #include "tests/fitting/franke.h"
@@ -100,38 +98,12 @@ void registerAll() {
 #endif
 }
 
-class Ratios : public benchmark::ConsoleReporter {
- public:
-  void ReportRuns(const std::vector<Run>& runs) override {
-    ConsoleReporter::ReportRuns(runs);
-    for (const Run& run : runs) {
-      if (run.error_occurred) continue;
-      const std::string name = run.run_name.function_name;
-      const std::string args = run.run_name.args;
-      if (name == "strak") ours_[args] = run.GetAdjustedCPUTime();
-      if (name != "strak" && ours_.count(args) > 0) {
-        lines_ += fmt::format("{:26} {:>4} x {:<4} {:8.1f} times the time of strak\n", name, args, args,
-                              run.GetAdjustedCPUTime() / ours_[args]);
-      }
-    }
-  }
-  void Finalize() override {
-    ConsoleReporter::Finalize();
-    GetOutputStream() << lines_;
-  }
-
- private:
-  std::map<std::string, double> ours_;
-  std::string lines_;
-};
-
 }  // namespace
 
 int main(int argc, char** argv) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
   benchmark::Initialize(&argc, argv);
   registerAll();
-  Ratios ratios;
-  benchmark::RunSpecifiedBenchmarks(&ratios);
+  benchmark::RunSpecifiedBenchmarks();
   return 0;
 }

@@ -1,21 +1,25 @@
 #!/usr/bin/env python3
-"""Franke's function with noise: strak beside FITPACK (scipy), in one run, on one thread, as processor seconds.
+"""Franke's function with noise: strak beside FITPACK (scipy) and Open CASCADE, in one run, on one thread, as processor
+seconds and ratios.
 
-    bench/peers/fitting.py BUILD/bench/bench_fitting [COUNT]
+    bench/peers/fitting.py BUILD/bench [COUNT]
 
-FITPACK is given the same 50 x 50 control points (least squares without smoothing), and its smoothing spline with the
-exact noise, which chooses its own knots. Needs python3-scipy. Open CASCADE approximates grids only.
+Scattered points: FITPACK is given the same 50 x 50 control points (least squares without smoothing), and its smoothing
+spline with the exact noise, which chooses its own knots. Grids of 50 x 50 and 100 x 100, all that Open CASCADE
+approximates: its approximation with three times the noise as tolerance, its variational form, and FITPACK's smoothing
+spline of grids with the exact noise. Needs python3-scipy.
 """
 import json
 import math
 import os
+import pathlib
 import subprocess
 import sys
 import time
 
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 import numpy
-from scipy.interpolate import LSQBivariateSpline, SmoothBivariateSpline
+from scipy.interpolate import LSQBivariateSpline, RectBivariateSpline, SmoothBivariateSpline
 
 
 def mersenne_twister_64(seed):
@@ -53,22 +57,50 @@ def error(spline):
     return math.sqrt(numpy.mean((spline(grid, grid) - franke(grid[:, None], grid[None, :])) ** 2))
 
 
-def main():
-    program, count = sys.argv[1], int(float(sys.argv[2])) if len(sys.argv) > 2 else 100000
-    x, y, z = points(count)
-    print(f"{count} points, sums {x.sum():.12g} {y.sum():.12g} {z.sum():.12g}")
-    run = subprocess.run([program, f"--benchmark_filter=franke.*/{count}/", "--benchmark_format=json"],
+def benchmark(program, filter):
+    run = subprocess.run([program, f"--benchmark_filter={filter}", "--benchmark_format=json"],
                          check=True, capture_output=True, text=True)
-    rows = [(b["name"].split("/")[1], b["cpu_time"] / 1000, b["true_rms"]) for b in json.loads(run.stdout)["benchmarks"]]
-    ours = rows[0][1]
-    knots = numpy.linspace(0, 1, 48)[1:-1]
-    for name, fit in [("FITPACK 50 x 50, not smoothed", lambda: LSQBivariateSpline(x, y, z, knots, knots, bbox=[0, 1, 0, 1])),
-                      ("FITPACK, noise known", lambda: SmoothBivariateSpline(x, y, z, bbox=[0, 1, 0, 1], s=count * 1e-4))]:
-        start = time.process_time()
-        spline = fit()
-        rows.append((name, time.process_time() - start, error(spline)))
+    return [(b["name"], b["cpu_time"] / 1000, b["true_rms"])
+            for b in json.JSONDecoder().raw_decode(run.stdout)[0]["benchmarks"] if not b.get("error_occurred")]
+
+
+def timed(name, fit):
+    start = time.process_time()
+    spline = fit()
+    return name, time.process_time() - start, error(spline)
+
+
+def table(title, rows):
+    print(title)
     for name, seconds, rms in rows:
-        print(f"{name:32} {seconds:8.3f} s {seconds / ours:7.1f} x   rms {rms:.3g}")
+        print(f"  {name:34} {seconds:8.3f} s {seconds / rows[0][1]:7.1f} x   rms {rms:.3g}")
+
+
+def scattered(folder, count):
+    x, y, z = points(count)
+    rows = [(f"strak, {name.split('/')[1]}", seconds, rms)
+            for name, seconds, rms in benchmark(folder / "bench_fitting", f"franke.*/{count}/")]
+    knots = numpy.linspace(0, 1, 48)[1:-1]
+    rows.append(timed("FITPACK 50 x 50, not smoothed", lambda: LSQBivariateSpline(x, y, z, knots, knots, bbox=[0, 1, 0, 1])))
+    rows.append(timed("FITPACK, noise known", lambda: SmoothBivariateSpline(x, y, z, bbox=[0, 1, 0, 1], s=count * 1e-4)))
+    table(f"{count} points, sums {x.sum():.12g} {y.sum():.12g} {z.sum():.12g}", rows)
+
+
+def grids(folder, side):
+    x, y, z = points(side * side)
+    at = numpy.arange(side) / (side - 1)
+    heights = franke(at[:, None], at[None, :]) + (z - franke(x, y)).reshape(side, side)
+    rows = [(name.split("/")[0], seconds, rms)
+            for name, seconds, rms in benchmark(folder / "bench_fitting_peers", f"/{side}/")]
+    rows.append(timed("FITPACK, noise known", lambda: RectBivariateSpline(at, at, heights, s=side * side * 1e-4)))
+    table(f"grid of {side} x {side}", rows)
+
+
+def main():
+    folder = pathlib.Path(sys.argv[1])
+    scattered(folder, int(float(sys.argv[2])) if len(sys.argv) > 2 else 100000)
+    for side in 50, 100:
+        grids(folder, side)
 
 
 if __name__ == "__main__":
