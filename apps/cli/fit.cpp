@@ -76,10 +76,10 @@ void addFit(CLI::App& program, const std::string& commandLine) {
   arguments->commandLine = commandLine;
   CLI::App* command = program.add_subcommand("fit", "Fit measured points with a fair curve or surface");
   command
-      ->add_option(
-          "POINTS", arguments->input,
-          "Table of numbers (.xyz, .csv, .txt, .dat), heights on a grid (.asc, .dem, .gtx), point cloud (PLY, PCD) or "
-          "vertices of a mesh (OBJ, STL, OFF)")
+      ->add_option("POINTS", arguments->input,
+                   "Table of numbers (.xyz, .csv, .txt, .dat), heights on a grid (.asc, .dem, .gtx), point cloud (PLY, "
+                   "PCD, LAS) or "
+                   "vertices of a mesh (OBJ, STL, OFF)")
       ->required();
   command->add_option("-o,--output", arguments->output, "File to write; its ending says the format")->required();
   command->add_option(

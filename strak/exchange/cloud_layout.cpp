@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "strak/base/error.h"
+#include "strak/exchange/las_layout.h"
 
 namespace strak {
 
@@ -59,8 +60,13 @@ void append(CloudLayout& layout, std::string_view name, CloudField::Type type, i
     throw InvalidInput(
         fmt::format("the point cloud's field '{}' has {} bytes: 1, 2, 4 or 8 are possible", name, bytes));
   }
-  layout.fields.push_back(
-      {std::string(name), type, bytes, layout.record, layout.record, static_cast<std::size_t>(bytes)});
+  CloudField field;
+  field.name = name;
+  field.type = type;
+  field.bytes = bytes;
+  field.offset = field.group = layout.record;
+  field.groupBytes = static_cast<std::size_t>(bytes);
+  layout.fields.push_back(field);
   layout.record += static_cast<std::size_t>(bytes);
 }
 
@@ -179,18 +185,8 @@ double asNumber(const char* bytes) {
   return static_cast<double>(value);
 }
 
-}  // namespace
-
-std::optional<CloudLayout> cloudLayout(std::string_view head) {
-  std::optional<CloudLayout> layout;
-  if (head.starts_with("ply\n") || head.starts_with("ply\r\n")) layout = plyLayout(head);
-  if (head.starts_with("# .PCD") || head.starts_with("VERSION") || head.starts_with("FIELDS "))
-    layout = pcdLayout(head);
-  if (layout && layout->fields.empty()) throw InvalidInput("the header of the point cloud names no coordinates");
-  return layout;
-}
-
-double cloudNumber(const CloudField& field, const char* record, bool bigEndian) {
+// What stands in the record, before factor and shift.
+double storedNumber(const CloudField& field, const char* record, bool bigEndian) {
   std::array<char, 8> bytes{};
   const auto size = static_cast<std::size_t>(field.bytes);
   std::memcpy(bytes.data(), record + field.offset, size);
@@ -212,6 +208,21 @@ double cloudNumber(const CloudField& field, const char* record, bool bigEndian) 
                          : asNumber<std::uint64_t>(b);
   }
   return 0;
+}
+
+}  // namespace
+
+std::optional<CloudLayout> cloudLayout(std::string_view head) {
+  std::optional<CloudLayout> layout = lasLayout(head);
+  if (head.starts_with("ply\n") || head.starts_with("ply\r\n")) layout = plyLayout(head);
+  if (head.starts_with("# .PCD") || head.starts_with("VERSION") || head.starts_with("FIELDS "))
+    layout = pcdLayout(head);
+  if (layout && layout->fields.empty()) throw InvalidInput("the header of the point cloud names no coordinates");
+  return layout;
+}
+
+double cloudNumber(const CloudField& field, const char* record, bool bigEndian) {
+  return field.shift + field.factor * storedNumber(field, record, bigEndian);
 }
 
 void cloudNumbers(const CloudLayout& layout, const char* records, Index rows, double* numbers) {

@@ -1,6 +1,6 @@
 #pragma once
 //
-// How the points lie in a point cloud file (PLY, PCD): what its header says.
+// How the points lie in a point cloud file (PLY, PCD, LAS): what its header says.
 
 #include <cstdint>
 #include <optional>
@@ -21,6 +21,7 @@ struct CloudField {
   std::size_t offset = 0;  // in the point's record
   std::size_t group = 0;   // offset and bytes of the field that this is an element of
   std::size_t groupBytes = 4;
+  double factor = 1, shift = 0;  // the number is shift + factor * what stands there
 };
 
 struct CloudLayout {
@@ -33,8 +34,8 @@ struct CloudLayout {
   Index headLines = 0;
 };
 
-// Reads the header at the beginning of `head`; nothing if it is none of a PLY or PCD file. Throws InvalidInput, without
-// the file's name, if the header is damaged or announces what is not supported (points that are not the first
+// Reads the header at the beginning of `head`; nothing if it is none of a PLY, PCD or LAS file. Throws InvalidInput,
+// without the file's name, if the header is damaged or announces what is not supported (points that are not the first
 // element).
 std::optional<CloudLayout> cloudLayout(std::string_view head);
 

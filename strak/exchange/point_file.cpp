@@ -199,10 +199,6 @@ void PointFile::readHead() {
     for (const auto& field : cloud_->fields) names_.push_back(plainName(field.name));
     return;
   }
-  if (head.starts_with("LASF")) {
-    throw InvalidInput(
-        fmt::format("'{}' is a LAS or LAZ file, which is not read: convert the points to .xyz or PLY", name_));
-  }
   if (head.find('\0') != head.npos) {
     throw InvalidInput(fmt::format("'{}' is not a text file: convert the points to text", name_));
   }

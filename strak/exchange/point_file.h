@@ -2,7 +2,7 @@
 //
 // Measured points, read block by block: tables of numbers (.xyz, .csv, .txt, .dat, with or without header and comments,
 // decimal points or commas), gridded heights (ESRI ASCII grids, USGS DEM, .gtx, interferograms; with missing values),
-// point clouds (PLY and PCD, in text, binary or compressed form) and the vertices of meshes (OBJ, STL, OFF).
+// point clouds (PLY and PCD, in text, binary or compressed form; LAS) and the vertices of meshes (OBJ, STL, OFF).
 //
 // Any of them may be packed by gzip. Tables, ESRI grids and clouds that are not compressed may be larger than memory;
 // the others are kept.

@@ -185,10 +185,5 @@ TEST_F(FitStart, PackedPointsAreReadAsTheyAre) {
   }
 }
 
-TEST_F(FitStart, LasFilesAreNamedAsSuch) {
-  write("in.las", "LASF" + std::string(400, '\0'));
-  EXPECT_NE(refusal({"fit", path("in.las"), "-o", path("x.g2")}).find("LAS"), std::string::npos);
-}
-
 }  // namespace
 }  // namespace strak::test

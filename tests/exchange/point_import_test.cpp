@@ -89,6 +89,43 @@ TEST_F(PointImport, TakesTheVerticesOfObjAndOff) {
   EXPECT_NE(problem("a.off", "nOFF\n4 1 0 0\n"), "");
 }
 
+// A LAS file with records of 28 bytes (format 1) and a block between head and points.
+std::string lasFile(int minor, const std::vector<std::array<std::int32_t, 3>>& points, std::uint8_t format = 1) {
+  constexpr std::size_t kRecord = 28, kBetween = 54;
+  const std::size_t size = minor >= 4 ? 375 : minor == 3 ? 235 : 227;
+  std::string head(size, '\0');
+  const auto put = [&](std::size_t at, const std::string& bytes) { head.replace(at, bytes.size(), bytes); };
+  put(0, "LASF");
+  put(24, std::string{1, static_cast<char>(minor)});
+  put(94, bytesOf<std::uint16_t>({static_cast<std::uint16_t>(size)}));
+  put(96, bytesOf<std::uint32_t>({static_cast<std::uint32_t>(size + kBetween), 1}));
+  put(104, std::string(1, static_cast<char>(format)));
+  put(105, bytesOf<std::uint16_t>({kRecord}));
+  if (minor < 4) put(107, bytesOf<std::uint32_t>({static_cast<std::uint32_t>(points.size())}));
+  if (minor >= 4) put(247, bytesOf<std::uint64_t>({points.size()}));
+  put(131, bytesOf<double>({0.25, 0.5, 0.125, 500000, 4000000, -100}));
+  std::string file = head + std::string(kBetween, 'v');
+  for (const auto& p : points) file += bytesOf<std::int32_t>({p[0], p[1], p[2]}) + std::string(kRecord - 12, 'i');
+  return file;
+}
+
+TEST_F(PointImport, ReadsLaserScans) {
+  const std::vector<std::array<std::int32_t, 3>> raw{{4, -2, 8}, {0, 0, 0}, {2147483647, 1, -2147483647 - 1}};
+  const Net expected = rows({{500001, 3999999, -99}, {500000, 4000000, -100}, {537370911.75, 4000000.5, -268435556}});
+  for (const int minor : {0, 2, 3, 4}) {
+    EXPECT_EQ(read("scan.las", lasFile(minor, raw)), expected) << minor;
+    expectNoHarm("scan.las", lasFile(minor, raw));
+  }
+  EXPECT_NE(problem("scan.laz", lasFile(2, raw, 0x81)).find("compressed (LAZ), which is not read"), std::string::npos);
+  const std::string whole = lasFile(2, raw);
+  EXPECT_EQ(problem("scan.las", whole.substr(0, whole.size() - 30)),
+            " holds 1 of the 3 points that its header announces: it may be damaged");
+  EXPECT_NE(problem("scan.las", whole.substr(0, 100)).find("ends within its header"), std::string::npos);
+  std::string broken = whole;
+  broken.replace(131, 8, 8, '\0');
+  EXPECT_NE(problem("scan.las", broken).find("factor or offset of x"), std::string::npos);
+}
+
 TEST_F(PointImport, TakesTheVerticesOfStlOnce) {
   const Net expected = rows({{0, 0, 0}, {1, 0, 0}, {0, 1, 0.5}, {1, 1, 2}});
   const std::string triangle = "facet normal 0 0 1\n outer loop\n";
