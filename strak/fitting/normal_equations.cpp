@@ -208,6 +208,8 @@ void FitErrors<D>::add(const FitPoints<D>& points) {
 template <int D>
 double FitErrors<D>::Cell::bimodality() const {
   constexpr Index kLeastPoints = 12;
+  constexpr double kLeastShare = 0.2;  // of the smaller group: fewer are outliers
+  constexpr double kMostSkew = (1 - 2 * kLeastShare) * (1 - 2 * kLeastShare) / (kLeastShare * (1 - kLeastShare));
   if (count < kLeastPoints) return 0;
   const auto n = static_cast<double>(count);
   const double mean = powers[0] / n, second = powers[1] / n, third = powers[2] / n, fourth = powers[3] / n;
@@ -215,6 +217,7 @@ double FitErrors<D>::Cell::bimodality() const {
   if (!(variance > 0)) return 0;
   const double skew = third - 3 * mean * second + 2 * mean * mean * mean;
   const double kurt = fourth - 4 * mean * third + 6 * mean * mean * second - 3 * mean * mean * mean * mean;
+  if (skew * skew > kMostSkew * variance * variance * variance) return 0;
   // Between 0 and 1 for every distribution, so skewness^2 + 1 <= kurtosis.
   return kurt > 0 ? std::min((skew * skew / variance + variance * variance) / kurt, 1.0) : 0;
 }

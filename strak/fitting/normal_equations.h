@@ -66,7 +66,8 @@ class FitErrors {
     // Sums of the 1st to 4th powers of the errors of functions (z - f, without weights).
     std::array<double, 4> powers{};
     // Sarle's coefficient (skewness^2 + 1) / kurtosis: 1 / 3 for normal errors, 5 / 9 for evenly spread ones, 1 if they
-    // have only two values. 0 if there are fewer than 12 points or no errors.
+    // have only two values. 0 if there are fewer than 12 points, no errors,
+    // or so skew errors that of two groups one would have less than 20 % of the points: outliers are not a group.
     double bimodality() const;
   };
   Index count() const;

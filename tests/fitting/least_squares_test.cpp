@@ -329,6 +329,14 @@ TEST(LeastSquares, SaysWhereACloudHasTwoSheets) {
   EXPECT_NE(fit.summary.warnings[0].find("two sheets"), std::string::npos);
 }
 
+TEST(LeastSquares, TakesOutliersForNoSheet) {
+  Net points = test::frankePoints(2000);
+  for (Index r = 0; r < 2000; r += 20) points(r, 2) += r % 40 == 0 ? 1 : -1;
+  const auto fit = fitLeastSquares<2>(bicubic(10), {points.leftCols(2), points.rightCols(1)});
+  EXPECT_LT(twoGroups<2>(fit).share, 0.05);
+  EXPECT_TRUE(fit.summary.warnings.empty());
+}
+
 TEST(LeastSquares, RefusesWhatItCannotDo) {
   const Net points = test::frankePoints(20);
   const auto fit = [&](const Net& xyz, const FitOptions<2>& options) {
