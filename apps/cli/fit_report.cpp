@@ -94,9 +94,13 @@ void print(const FitReport& report, const std::string& output, double seconds) {
                report.loss["outliers"].dump(), number(report.loss["gap"].get<double>()), report.loss["rounds"].dump());
   }
   if (!report.drawing.is_null()) {
-    fmt::print("drawn       in {} steps, rms {} to {}, the domain {} times as large\n", report.drawing["steps"].dump(),
-               number(report.drawing["rms"].front().get<double>()), number(report.drawing["rms"].back().get<double>()),
-               number(report.drawing["stretch"].get<double>()));
+    const Json& drawing = report.drawing;
+    fmt::print("drawn       in {} steps, rms {} to {}", drawing["steps"].dump(),
+               number(drawing["rms"].front().get<double>()), number(drawing["rms"].back().get<double>()));
+    if (drawing.contains("stretch")) {
+      fmt::print(", the domain {} times as large", number(drawing["stretch"].get<double>()));
+    }
+    fmt::print("\n");
   }
   if (!report.correction.is_null()) {
     fmt::print("parameters  corrected in {} rounds, rms {} before\n", report.correction["rounds"].dump(),

@@ -14,12 +14,15 @@
 #include "apps/cli/values.h"
 #include "strak/base/error.h"
 #include "strak/exchange/file_kind.h"
+#include "strak/fitting/curve_drawing.h"
 #include "strak/fitting/parameter_correction.h"
 #include "strak/metrology/closest_points.h"
 
 namespace strak::cli {
 
 namespace {
+
+constexpr double kSettledInNoise = 0.01;  // part of the errors that a round of parameter correction must gain
 
 Smoothing smoothingOf(const FitArguments& arguments) {
   if (!arguments.noise.empty()) {
@@ -153,12 +156,25 @@ void drawSheet(FitTask<2>& task, const KnotWishes& wishes) {
   }
 }
 
+// Points without parameters along a noisy curve get those on a curve that is drawn to them.
+void drawCurve(FitTask<1>& task, const KnotWishes& wishes) {
+  // On a net as fine as without a tolerance, which starts with few knots.
+  const KnotVector fine = startKnots<1>(wishes, task.input, false)[0];
+  DrawnCurve drawn = strak::drawCurve(task.points(), {fine.degree(), fine.size(), task.options.fit.progress});
+  if (!drawn.drawn) return;
+  task.report.drawing = {{"steps", drawn.rms.size()}, {"rms", drawn.rms}};
+  task.input.parameters = std::move(drawn.parameters);
+  task.start[0] = task.start[0].rescaled(task.input.parameters.minCoeff(), task.input.parameters.maxCoeff());
+}
+
 // Fits, with rounds of parameter correction if there are to be any.
 template <int D>
 void fitCorrected(FitTask<D>& task) {
   CorrectionOptions correction;
   correction.rounds = task.rounds;
   correction.progress = task.options.fit.progress;
+  // What small gains are left along a drawn curve make it wind after the noise.
+  if (D == 1 && !task.report.drawing.is_null()) correction.settled = kSettledInNoise;
   const FitMaker<D> make = [&](const FitPoints<D>& points, const Fit<D>* previous) {
     return fitOnce<D>(task, points, previous != nullptr ? previous->spline.knots() : task.start);
   };
@@ -283,8 +299,12 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   ProgressBar bar({1.0}, !arguments.json && !arguments.quiet, interrupted);
   task.options.fit.progress = bar.task(0);
 
-  if constexpr (D == 2) {
-    if (columns.parameters.empty() && task.rounds > 0 && !given) drawSheet(task, wishes);
+  if (columns.parameters.empty() && task.rounds > 0 && !given) {
+    if constexpr (D == 1) {
+      if (arguments.domain.empty()) drawCurve(task, wishes);
+    } else {
+      drawSheet(task, wishes);
+    }
   }
   if (task.input.streamed) {
     task.fit = fitPass<D>(task, task.input.pass, task.start);

@@ -1,0 +1,117 @@
+#include "strak/fitting/curve_drawing.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "strak/metrology/closest_points.h"
+#include "strak/spline/evaluator.h"
+
+namespace strak {
+
+namespace {
+
+constexpr Index kFewPoints = 16;       // too few to tell noise from shape
+constexpr double kSmallNoise = 0.2;    // errors below this part of the steps leave the lengths as they are
+constexpr double kFirstWeight = 1e-5;  // some six degrees of freedom: a loop stays a loop
+constexpr double kFactor = 0.25;       // of the weight, from step to step
+constexpr double kLeastWeight = 1e-13;
+constexpr double kBetter = 0.97;  // cross validation's errors that are worth another step, ...
+constexpr int kPatience = 3;      // ... within so many steps
+constexpr double kAsGood = 1.02;  // cross validation's errors that noise may make
+constexpr Index kLengthsPerSpan = 64;
+
+double middleStep(const Net& points) {
+  std::vector<double> steps;
+  for (Index r = 1; r < points.rows(); ++r) steps.push_back((points.row(r) - points.row(r - 1)).norm());
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
+KnotVector knotsOver(const Net& parameters, const CurveDrawingOptions& options) {
+  return KnotVector::uniformClamped(options.degree, options.size - options.degree, parameters.minCoeff(),
+                                    parameters.maxCoeff());
+}
+
+// The parameters of the closest points. Those of an end go on along its tangent, so that the curve can grow.
+Net correctedParameters(const Curve& curve, const FitPoints<1>& points) {
+  Net parameters = closestPointsFrom<1>(curve, points.values, points.parameters).parameters;
+  const KnotVector& knots = curve.knots()[0];
+  const Index columns = points.values.cols();
+  for (const double end : {knots.from(), knots.to()}) {
+    const Net d = Evaluator<1>(curve).derivativesAt(Net::Constant(1, 1, end), 1);
+    const auto along = d.row(0).segment(columns, columns);
+    if (!(along.squaredNorm() > 0)) continue;
+    for (Index r = 0; r < parameters.rows(); ++r) {
+      if (parameters(r, 0) != end) continue;
+      const double step = (points.values.row(r) - d.row(0).head(columns)).dot(along) / along.squaredNorm();
+      if (end == knots.from() ? step < 0 : step > 0) parameters(r, 0) += step;
+    }
+  }
+  return parameters;
+}
+
+// The same places by the curve's length.
+Net lengthsAlong(const Curve& curve, const Net& parameters) {
+  const KnotVector& knots = curve.knots()[0];
+  const Index count = kLengthsPerSpan * static_cast<Index>(knots.spans().size()) + 1;
+  const double step = knots.length() / static_cast<double>(count - 1);
+  Net places(count, 1);
+  for (Index i = 0; i < count; ++i)
+    places(i, 0) = i + 1 < count ? knots.from() + step * static_cast<double>(i) : knots.to();
+  const Net points = Evaluator<1>(curve).derivativesAt(places, 0);
+  Eigen::VectorXd lengths = Eigen::VectorXd::Zero(count);
+  for (Index i = 1; i < count; ++i) lengths[i] = lengths[i - 1] + (points.row(i) - points.row(i - 1)).norm();
+  Net result(parameters.rows(), 1);
+  for (Index r = 0; r < parameters.rows(); ++r) {
+    // Beyond the ends as in the last step within.
+    const double at = (parameters(r, 0) - knots.from()) / step;
+    const Index i = std::clamp<Index>(static_cast<Index>(std::floor(at)), 0, count - 2);
+    result(r, 0) = lengths[i] + (at - static_cast<double>(i)) * (lengths[i + 1] - lengths[i]);
+  }
+  return result;
+}
+
+}  // namespace
+
+DrawnCurve drawCurve(const FitPoints<1>& points, const CurveDrawingOptions& options) {
+  DrawnCurve result;
+  result.parameters = points.parameters;
+  if (points.count() < kFewPoints) return result;
+  const auto fitOf = [&](const Net& parameters, const Smoothing& smoothing) {
+    FitOptions<1> fitting;
+    if (options.degree > 1) fitting.energy = thinPlate<1>();
+    fitting.smoothing = smoothing;
+    return fitLeastSquares<1>({knotsOver(parameters, options)}, {parameters, points.values, points.weights}, fitting);
+  };
+  const auto corrected = [&](const Fit<1>& fit, const Net& parameters) {
+    return correctedParameters(fit.spline, {parameters, points.values, points.weights});
+  };
+  const Fit<1> plain = fitOf(points.parameters, Smoothing::automatic());
+  if (plain.summary.rms < kSmallNoise * middleStep(points.values)) return result;
+
+  Net parameters = points.parameters, drawn;
+  double best = 0;
+  int idle = 0;
+  for (double weight = kFirstWeight; weight > kLeastWeight && idle < kPatience; weight *= kFactor) {
+    if (!options.progress.report(0, "drawing the curve")) return result;
+    const Fit<1> fit = fitOf(parameters, Smoothing::fixed(weight));
+    parameters = corrected(fit, parameters);
+    if (result.rms.empty()) parameters = lengthsAlong(fit.spline, parameters);
+    ++idle;
+    if (result.rms.empty() || fit.summary.crossValidation < kBetter * best) {
+      idle = 0;
+      best = fit.summary.crossValidation;
+      drawn = parameters;
+    }
+    result.rms.push_back(fit.summary.rms);
+  }
+  // Without the errors along the curve, which corrected parameters do not have.
+  const FitSummary given = fitOf(corrected(plain, points.parameters), Smoothing::automatic()).summary,
+                   now = fitOf(drawn, Smoothing::automatic()).summary;
+  result.drawn = now.crossValidation <= (now.freedom < given.freedom ? kAsGood : 1 / kAsGood) * given.crossValidation;
+  if (result.drawn) result.parameters = std::move(drawn);
+  return result;
+}
+
+}  // namespace strak
