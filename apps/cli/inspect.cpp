@@ -17,6 +17,7 @@
 #include "strak/base/file.h"
 #include "strak/metrology/height_figures.h"
 #include "strak/metrology/point_deviation.h"
+#include "strak/report/curve_plot.h"
 #include "strak/report/drawing.h"
 
 namespace strak::cli {
@@ -158,13 +159,23 @@ void summarise(const std::string& remove, Inspection& result) {
 }
 
 void drawDeviations(const InspectArguments& arguments, const std::vector<Object>& objects, const Inspection& result) {
+  const auto cross = std::min(arguments.size.find('x'), arguments.size.size() - 1);
+  const auto width = static_cast<int>(wholeNumber("--size (width)", arguments.size.substr(0, cross), 64, 16384));
+  const auto height = static_cast<int>(wholeNumber("--size (height)", arguments.size.substr(cross + 1), 64, 16384));
+  if (const auto* curve = std::get_if<Curve>(&*objects.front().spline); curve != nullptr && objects.size() == 1) {
+    CurvePlotOptions options;
+    options.width = width;
+    options.height = height;
+    options.tolerance = result.tolerance.value_or(0);
+    return writeFile(arguments.picture,
+                     deviationPlotSvg(*curve, result.deviation.feet, result.deviation.values, options));
+  }
   RenderOptions options;
   options.kind = RenderKind::points;
   options.points = result.deviation.feet;
   options.values = result.deviation.values;
-  const auto cross = std::min(arguments.size.find('x'), arguments.size.size() - 1);
-  options.width = static_cast<int>(wholeNumber("--size (width)", arguments.size.substr(0, cross), 64, 16384));
-  options.height = static_cast<int>(wholeNumber("--size (height)", arguments.size.substr(cross + 1), 64, 16384));
+  options.width = width;
+  options.height = height;
   if (!arguments.view.empty()) {
     options.view = direction("--view", arguments.view);
   } else if (result.heights) {
@@ -225,8 +236,8 @@ void inspect(const InspectArguments& arguments) {
   Index dimension = 0;
   bool surfaces = false;
   const auto objects = splinesOf(arguments, dimension, surfaces);
-  if (!surfaces && !arguments.picture.empty()) {
-    throw InvalidInput("a picture shows points on surfaces: for curves use strak render --kind curvature-plot");
+  if (!surfaces && objects.size() > 1 && !arguments.picture.empty()) {
+    throw InvalidInput("a picture shows the points at surfaces or at one curve: choose it with --faces");
   }
   result.heights = alongHeights(arguments.along, objects);
   const PointFile file = pointFile(arguments.points, arguments.columns);
@@ -285,7 +296,9 @@ void addInspect(CLI::App& program, const std::string& commandLine) {
                       "Peak to valley and RMS of the form too, without its mean, plane (line), quadric (parabola) or "
                       "sphere (circle) of least squares");
   command->add_option("--faces", arguments->faces, "Objects to measure from: numbers, ranges and names");
-  command->add_option("--picture", arguments->picture, "OUT.svg: the points in the colours of their deviations");
+  command->add_option(
+      "--picture", arguments->picture,
+      "OUT.svg: the points in the colours of their deviations; of a curve the deviations over its length");
   command->add_option("--range", arguments->range,
                       "The largest deviation of the colours; default: the tolerance, or "
                       "what all but one percent keep");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "strak/metrology/arc_length.h"
 #include "strak/metrology/closest_points.h"
 #include "strak/spline/evaluator.h"
 
@@ -18,7 +19,6 @@ constexpr double kLeastWeight = 1e-13;
 constexpr double kBetter = 0.97;  // cross validation's errors that are worth another step, ...
 constexpr int kPatience = 3;      // ... within so many steps
 constexpr double kAsGood = 1.02;  // cross validation's errors that noise may make
-constexpr Index kLengthsPerSpan = 64;
 
 double middleStep(const Net& points) {
   std::vector<double> steps;
@@ -51,27 +51,6 @@ Net correctedParameters(const Curve& curve, const FitPoints<1>& points) {
   return parameters;
 }
 
-// The same places by the curve's length.
-Net lengthsAlong(const Curve& curve, const Net& parameters) {
-  const KnotVector& knots = curve.knots()[0];
-  const Index count = kLengthsPerSpan * static_cast<Index>(knots.spans().size()) + 1;
-  const double step = knots.length() / static_cast<double>(count - 1);
-  Net places(count, 1);
-  for (Index i = 0; i < count; ++i)
-    places(i, 0) = i + 1 < count ? knots.from() + step * static_cast<double>(i) : knots.to();
-  const Net points = Evaluator<1>(curve).derivativesAt(places, 0);
-  Eigen::VectorXd lengths = Eigen::VectorXd::Zero(count);
-  for (Index i = 1; i < count; ++i) lengths[i] = lengths[i - 1] + (points.row(i) - points.row(i - 1)).norm();
-  Net result(parameters.rows(), 1);
-  for (Index r = 0; r < parameters.rows(); ++r) {
-    // Beyond the ends as in the last step within.
-    const double at = (parameters(r, 0) - knots.from()) / step;
-    const Index i = std::clamp<Index>(static_cast<Index>(std::floor(at)), 0, count - 2);
-    result(r, 0) = lengths[i] + (at - static_cast<double>(i)) * (lengths[i + 1] - lengths[i]);
-  }
-  return result;
-}
-
 }  // namespace
 
 DrawnCurve drawCurve(const FitPoints<1>& points, const CurveDrawingOptions& options) {
@@ -97,7 +76,7 @@ DrawnCurve drawCurve(const FitPoints<1>& points, const CurveDrawingOptions& opti
     if (!options.progress.report(0, "drawing the curve")) return result;
     const Fit<1> fit = fitOf(parameters, Smoothing::fixed(weight));
     parameters = corrected(fit, parameters);
-    if (result.rms.empty()) parameters = lengthsAlong(fit.spline, parameters);
+    if (result.rms.empty()) parameters = arcLengths(fit.spline, parameters.col(0));
     ++idle;
     if (result.rms.empty() || fit.summary.crossValidation < kBetter * best) {
       idle = 0;

@@ -8,11 +8,14 @@
 #include <limits>
 
 #include "strak/base/error.h"
+#include "strak/metrology/arc_length.h"
 #include "strak/metrology/closest_point.h"
+#include "strak/metrology/closest_points.h"
 #include "strak/metrology/curvature_extrema.h"
 #include "strak/metrology/orthotomic.h"
 #include "strak/metrology/piece.h"
 #include "strak/metrology/plane_of_points.h"
+#include "strak/metrology/point_deviation.h"
 #include "strak/report/svg.h"
 #include "strak/spline/evaluate.h"
 
@@ -121,22 +124,22 @@ Scale scaleOf(const std::vector<const std::vector<double>*>& lists, bool mayBend
 }
 
 struct Frame {
-  double left = 64, right = 0, top = 28, bottom = 0, length = 1;
-  double x(double s) const { return left + s / length * (right - left); }
+  double left = 64, right = 0, top = 28, bottom = 0, from = 0, length = 1;
+  double x(double s) const { return left + (s - from) / length * (right - left); }
 };
 
-void axes(SvgWriter& svg, const Frame& frame, const Scale& scale) {
+void axes(SvgWriter& svg, const Frame& frame, const Scale& scale, const char* along = "arc length") {
   for (const double mark : scale.marks()) {
     const double y = scale(mark);
     svg.line(frame.left, y, frame.right, y, kAxis);
     svg.text(frame.left - 6, y + 4, figure(mark, 3), kRight);
   }
   for (int i = 0; i <= 4; ++i) {
-    const double s = frame.length * i / 4;
+    const double s = frame.from + frame.length * i / 4;
     svg.line(frame.x(s), frame.top, frame.x(s), frame.bottom, kAxis);
     svg.text(frame.x(s), frame.bottom + 16, figure(s, 3), i == 4 ? kRight : kLabel);
   }
-  svg.text(frame.right, frame.bottom + 32, "arc length", kRight);
+  svg.text(frame.right, frame.bottom + 32, along, kRight);
 }
 
 PicturePolyline line(const Frame& frame, const Scale& scale, const std::vector<double>& s,
@@ -238,6 +241,48 @@ std::string tolerancePlotSvg(const Curve& curve, const Curve& before, const Curv
   svg.path(pathOf(line(frame, scale, length, distance)), kAfter);
   svg.text(frame.left, 16,
            before.pointDimension() == 2 ? "moved along the normal, in the band of the tolerance" : "distance moved",
+           kLabel);
+  return std::move(svg).finish();
+}
+
+std::string deviationPlotSvg(const Curve& curve, const Eigen::Ref<const Net>& feet, const Eigen::VectorXd& deviations,
+                             const CurvePlotOptions& options) {
+  const bool graph = isGraph<1>(curve);
+  const Eigen::VectorXd places =
+      graph ? Eigen::VectorXd(feet.col(0)) : arcLengths(curve, closestPoints<1>(curve, feet).parameters.col(0));
+  std::vector<double> along, values;
+  for (Index r = 0; r < deviations.size(); ++r) {
+    if (std::isnan(deviations[r])) continue;
+    along.push_back(places[r]);
+    values.push_back(deviations[r]);
+  }
+  if (values.empty()) throw InvalidInput("no point has a deviation that could be drawn");
+  const std::vector<double> band{-options.tolerance, options.tolerance};
+  Frame frame = frameFor(options);
+  Scale scale = scaleOf({&values, &band}, false);
+  scale.top = frame.top;
+  scale.bottom = frame.bottom;
+  frame.from = graph ? curve.knots(0).from() : 0;
+  frame.length =
+      graph ? curve.knots(0).length() : arcLengths(curve, Eigen::VectorXd::Constant(1, curve.knots(0).to()))[0];
+  SvgWriter svg(options.width, options.height, "deviations of the points");
+  if (options.tolerance > 0) {
+    const double top = scale(options.tolerance);
+    svg.rectangle(frame.left, top, frame.right - frame.left, scale(-options.tolerance) - top, "fill=\"#e8f1e4\"");
+  }
+  axes(svg, frame, scale, graph ? "x" : "arc length");
+  Index outside = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const bool out = options.tolerance > 0 && std::abs(values[i]) > options.tolerance;
+    outside += out ? 1 : 0;
+    const double half = out ? 2 : 1;
+    svg.rectangle(frame.x(along[i]) - half, scale(values[i]) - half, 2 * half, 2 * half,
+                  out ? "fill=\"#b3261e\"" : "fill=\"#0b5fa5\"");
+  }
+  svg.text(frame.left, 16,
+           options.tolerance > 0
+               ? fmt::format("deviations of {} points, {} outside the tolerance", values.size(), outside)
+               : fmt::format("deviations of {} points", values.size()),
            kLabel);
   return std::move(svg).finish();
 }

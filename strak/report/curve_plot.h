@@ -27,6 +27,12 @@ std::string curvaturePlotSvg(const Curve& curve, const Curve* before, const Curv
 // dimensions differ.
 std::string tolerancePlotSvg(const Curve& curve, const Curve& before, const CurvePlotOptions& options = {});
 
+// Measured points over arc length, a dot at its deviation (strak/metrology/point_deviation.h; not a number: none), with
+// the band of the tolerance. `feet`: the curve's points that the deviations are measured from. Of the graph of a
+// function: over its variable. Throws InvalidInput if no point has a deviation.
+std::string deviationPlotSvg(const Curve& curve, const Eigen::Ref<const Net>& feet, const Eigen::VectorXd& deviations,
+                             const CurvePlotOptions& options = {});
+
 // The curve and its k-orthotomic with the cusps marked; plane curves only.
 std::string orthotomicSvg(const Curve& curve, const CurvePlotOptions& options = {});
 

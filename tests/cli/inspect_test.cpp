@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 
 #include "tests/cli/program.h"
 
@@ -82,6 +83,26 @@ TEST_F(Inspect, ChoosesColumnsOfAProfile) {
   EXPECT_NEAR(fitted, result["form"]["points"]["rms"].get<double>(), 1e-4);
   EXPECT_NEAR(fitted, 0.7, 0.05);  // of the wave, which the parabola takes little of
   EXPECT_NE(refusal({"fit", points, "--columns", "2,5", "-o", path("x.g2")}).find("--columns"), std::string::npos);
+}
+
+TEST_F(Inspect, DrawsTheDeviationsAlongACurve) {
+  std::string arc = "x,y\n", profile = "x,z\n";
+  for (int i = 0; i <= 200; ++i) {
+    const double t = std::numbers::pi * i / 200;
+    arc += fmt::format("{:.17g},{:.17g}\n", -10 * std::cos(t), 10 * std::sin(t) + (i == 100 ? 0.5 : 0));
+    profile += fmt::format("{:.17g},{:.17g}\n", 5 + t, std::sin(t));
+  }
+  const std::string points = write("arc.csv", arc);
+  json({"fit", points, "--kind", "curve", "--size", "12", "--loss", "tukey", "-o", path("arc.g2")});
+  const auto result = json({"inspect", points, path("arc.g2"), "--tolerance", "0.1", "--picture", path("arc.svg")});
+  EXPECT_EQ(result["deviation"]["worst"]["point"], 101);
+  EXPECT_NE(text("arc.svg").find("deviations of 201 points, 1 outside the tolerance"), std::string::npos);
+  EXPECT_NE(text("arc.svg").find("arc length"), std::string::npos);
+  const std::string heights = write("profile.csv", profile);
+  json({"fit", heights, "--kind", "function", "-o", path("profile.g2")});
+  json({"inspect", heights, path("profile.g2"), "--picture", path("profile.svg")});
+  EXPECT_EQ(text("profile.svg").find("arc length"), std::string::npos);
+  EXPECT_NE(text("profile.svg").find("deviations of 201 points"), std::string::npos);
 }
 
 TEST_F(Inspect, RefusesWithASentence) {
