@@ -22,12 +22,14 @@ std::string placeOn(const Surface& surface, const std::array<double, 2>& at) {
 
 }  // namespace
 
-DrawnCloud drawOrRefuse(const FitPoints<2>& points, const std::array<KnotVector, 2>& sizes, const Progress& progress) {
+DrawnCloud drawOrRefuse(const FitPoints<2>& points, const std::array<KnotVector, 2>& sizes, bool robust,
+                        const Progress& progress) {
   DeepDrawingOptions options;
   for (std::size_t k = 0; k < 2; ++k) {
     options.degree[k] = sizes[k].degree();
     options.size[k] = sizes[k].size();
   }
+  options.robust = robust;
   options.progress = progress;
   DrawnCloud drawn = drawCloud(points.values, points.weights, options);
   const DrawnSheet& sheet = drawn.sheet;

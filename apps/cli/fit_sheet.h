@@ -8,7 +8,8 @@
 namespace strak::cli {
 
 // Throws InvalidInput, with a place, if the points lie in layers over the whole sheet.
-DrawnCloud drawOrRefuse(const FitPoints<2>& points, const std::array<KnotVector, 2>& sizes, const Progress& progress);
+DrawnCloud drawOrRefuse(const FitPoints<2>& points, const std::array<KnotVector, 2>& sizes, bool robust,
+                        const Progress& progress);
 
 Json jsonOf(const DrawnCloud& drawn);
 

@@ -147,7 +147,8 @@ void drawSheet(FitTask<2>& task, const KnotWishes& wishes) {
     throw InvalidInput("--domain is for points with parameters: give them, or leave it out");
   }
   // On a net as fine as without a tolerance: coarse cells would pass for folds.
-  task.drawn = drawOrRefuse(task.points(), startKnots<2>(wishes, task.input, false), task.options.fit.progress);
+  task.drawn =
+      drawOrRefuse(task.points(), startKnots<2>(wishes, task.input, false), task.robust(), task.options.fit.progress);
   task.report.drawing = jsonOf(*task.drawn);
   task.input.parameters = task.drawn->sheet.parameters;
   for (std::size_t k = 0; k < 2; ++k) {
@@ -160,7 +161,8 @@ void drawSheet(FitTask<2>& task, const KnotWishes& wishes) {
 void drawCurve(FitTask<1>& task, const KnotWishes& wishes) {
   // On a net as fine as without a tolerance, which starts with few knots.
   const KnotVector fine = startKnots<1>(wishes, task.input, false)[0];
-  DrawnCurve drawn = strak::drawCurve(task.points(), {fine.degree(), fine.size(), task.options.fit.progress});
+  DrawnCurve drawn =
+      strak::drawCurve(task.points(), {fine.degree(), fine.size(), task.robust(), task.options.fit.progress});
   if (!drawn.drawn) return;
   task.report.drawing = {{"steps", drawn.rms.size()}, {"rms", drawn.rms}};
   task.input.parameters = std::move(drawn.parameters);
@@ -199,7 +201,7 @@ void keepSheet(FitTask<2>& task) {
     options.held = sheet.held;
     options.heldNet = sheet.fit.spline.net();
     task.input.parameters = sheet.parameters;
-    fit = fitLeastSquares<2>(sheet.fit.spline.knots(), task.points(), options);
+    fit = fitLeastSquares<2>(sheet.fit.spline.knots(), {sheet.parameters, task.input.values, sheet.weights}, options);
     check = sheet.check;
     FitReport& report = task.report;
     report.loss = report.correction = Json();

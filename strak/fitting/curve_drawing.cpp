@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "strak/fitting/loss.h"
 #include "strak/metrology/arc_length.h"
 #include "strak/metrology/closest_points.h"
 #include "strak/spline/evaluator.h"
@@ -33,22 +35,44 @@ KnotVector knotsOver(const Net& parameters, const CurveDrawingOptions& options) 
                                     parameters.maxCoeff());
 }
 
+struct Corrected {
+  Net parameters;
+  Eigen::VectorXd distances;
+};
+
 // The parameters of the closest points. Those of an end go on along its tangent, so that the curve can grow.
-Net correctedParameters(const Curve& curve, const FitPoints<1>& points) {
-  Net parameters = closestPointsFrom<1>(curve, points.values, points.parameters).parameters;
+Corrected corrected(const Curve& curve, const Net& values, const Net& starts) {
+  auto closest = closestPointsFrom<1>(curve, values, starts);
+  Net& parameters = closest.parameters;
   const KnotVector& knots = curve.knots()[0];
-  const Index columns = points.values.cols();
+  const Index columns = values.cols();
   for (const double end : {knots.from(), knots.to()}) {
     const Net d = Evaluator<1>(curve).derivativesAt(Net::Constant(1, 1, end), 1);
     const auto along = d.row(0).segment(columns, columns);
     if (!(along.squaredNorm() > 0)) continue;
     for (Index r = 0; r < parameters.rows(); ++r) {
       if (parameters(r, 0) != end) continue;
-      const double step = (points.values.row(r) - d.row(0).head(columns)).dot(along) / along.squaredNorm();
+      const double step = (values.row(r) - d.row(0).head(columns)).dot(along) / along.squaredNorm();
       if (end == knots.from() ? step < 0 : step > 0) parameters(r, 0) += step;
     }
   }
-  return parameters;
+  return {std::move(parameters), std::move(closest.distances)};
+}
+
+// Huber's weights. The curve ends where points that are no outliers do; the others are moved to its ends.
+Eigen::VectorXd robustWeights(const Eigen::VectorXd& given, Corrected& at) {
+  Eigen::VectorXd weights = given.size() != 0 ? given : Eigen::VectorXd::Ones(at.distances.size());
+  const double scale = robustScale(at.distances);
+  if (!(scale > 0)) return weights;
+  double from = std::numeric_limits<double>::infinity(), to = -from;
+  for (Index r = 0; r < weights.size(); ++r) {
+    weights[r] *= lossWeight(Loss::huber, at.distances[r], scale);
+    if (at.distances[r] > kOutlier * scale) continue;
+    from = std::min(from, at.parameters(r, 0));
+    to = std::max(to, at.parameters(r, 0));
+  }
+  at.parameters = at.parameters.cwiseMax(from).cwiseMin(to);
+  return weights;
 }
 
 }  // namespace
@@ -57,14 +81,17 @@ DrawnCurve drawCurve(const FitPoints<1>& points, const CurveDrawingOptions& opti
   DrawnCurve result;
   result.parameters = points.parameters;
   if (points.count() < kFewPoints) return result;
+  Eigen::VectorXd weights = points.weights;
   const auto fitOf = [&](const Net& parameters, const Smoothing& smoothing) {
     FitOptions<1> fitting;
     if (options.degree > 1) fitting.energy = thinPlate<1>();
     fitting.smoothing = smoothing;
-    return fitLeastSquares<1>({knotsOver(parameters, options)}, {parameters, points.values, points.weights}, fitting);
+    return fitLeastSquares<1>({knotsOver(parameters, options)}, {parameters, points.values, weights}, fitting);
   };
-  const auto corrected = [&](const Fit<1>& fit, const Net& parameters) {
-    return correctedParameters(fit.spline, {parameters, points.values, points.weights});
+  const auto next = [&](const Fit<1>& fit, const Net& parameters) {
+    Corrected at = corrected(fit.spline, points.values, parameters);
+    if (options.robust) weights = robustWeights(points.weights, at);
+    return std::move(at.parameters);
   };
   const Fit<1> plain = fitOf(points.parameters, Smoothing::automatic());
   if (plain.summary.rms < kSmallNoise * middleStep(points.values)) return result;
@@ -75,7 +102,7 @@ DrawnCurve drawCurve(const FitPoints<1>& points, const CurveDrawingOptions& opti
   for (double weight = kFirstWeight; weight > kLeastWeight && idle < kPatience; weight *= kFactor) {
     if (!options.progress.report(0, "drawing the curve")) return result;
     const Fit<1> fit = fitOf(parameters, Smoothing::fixed(weight));
-    parameters = corrected(fit, parameters);
+    parameters = next(fit, parameters);
     if (result.rms.empty()) parameters = arcLengths(fit.spline, parameters.col(0));
     ++idle;
     if (result.rms.empty() || fit.summary.crossValidation < kBetter * best) {
@@ -85,8 +112,9 @@ DrawnCurve drawCurve(const FitPoints<1>& points, const CurveDrawingOptions& opti
     }
     result.rms.push_back(fit.summary.rms);
   }
-  // Without the errors along the curve, which corrected parameters do not have.
-  const FitSummary given = fitOf(corrected(plain, points.parameters), Smoothing::automatic()).summary,
+  // With the weights of the last step; without the errors along the curve, which corrected parameters do not have.
+  const Net lengths = corrected(plain.spline, points.values, points.parameters).parameters;
+  const FitSummary given = fitOf(lengths, Smoothing::automatic()).summary,
                    now = fitOf(drawn, Smoothing::automatic()).summary;
   result.drawn = now.crossValidation <= (now.freedom < given.freedom ? kAsGood : 1 / kAsGood) * given.crossValidation;
   if (result.drawn) result.parameters = std::move(drawn);

@@ -17,6 +17,8 @@ namespace strak {
 struct CurveDrawingOptions {
   int degree = 3;
   Index size = 50;  // control points
+  // Huber's weights by the distances of the step before: outliers do not bend the curve.
+  bool robust = false;
   Progress progress;
 };
 

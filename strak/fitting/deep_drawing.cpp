@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "strak/base/error.h"
+#include "strak/fitting/loss.h"
 #include "strak/fitting/parametrization.h"
 #include "strak/metrology/closest_points.h"
 #include "strak/spline/evaluator.h"
@@ -39,9 +41,15 @@ double area(const Net& parameters) {
   return (parameters.colwise().maxCoeff() - parameters.colwise().minCoeff()).prod();
 }
 
+struct Corrected {
+  Net parameters;
+  Eigen::VectorXd distances;
+};
+
 // The parameters of the closest points. Where those lie on an edge, a step along the tangent plane leads beyond it.
-Net correctedParameters(const Surface& surface, const FitPoints<2>& points) {
-  Net parameters = closestPointsFrom<2>(surface, points.values, points.parameters).parameters;
+Corrected corrected(const Surface& surface, const Net& values, const Net& starts) {
+  auto closest = closestPointsFrom<2>(surface, values, starts);
+  Net& parameters = closest.parameters;
   std::vector<Index> atEdge;
   for (Index r = 0; r < parameters.rows(); ++r) {
     bool edge = false;
@@ -56,7 +64,7 @@ Net correctedParameters(const Surface& surface, const FitPoints<2>& points) {
   const Net d = Evaluator<2>(surface).derivativesAt(places, 1);
   for (std::size_t i = 0; i < atEdge.size(); ++i) {
     const auto row = d.row(static_cast<Index>(i));
-    const auto error = points.values.row(atEdge[i]) - row.head<3>();
+    const auto error = values.row(atEdge[i]) - row.head<3>();
     for (Index k = 0; k < 2; ++k) {
       const auto along = row.segment<3>(3 + 3 * k);
       const KnotVector& knots = surface.knots()[static_cast<std::size_t>(k)];
@@ -66,7 +74,23 @@ Net correctedParameters(const Surface& surface, const FitPoints<2>& points) {
       if ((place <= knots.from() && step < 0) || (place >= knots.to() && step > 0)) place += step;
     }
   }
-  return parameters;
+  return {std::move(parameters), std::move(closest.distances)};
+}
+
+// Huber's weights. The domain is that of the points that are no outliers; the others are moved to its edge.
+Eigen::VectorXd robustWeights(const Eigen::VectorXd& given, Corrected& at) {
+  Eigen::VectorXd weights = given.size() != 0 ? given : Eigen::VectorXd::Ones(at.distances.size());
+  const double scale = robustScale(at.distances);
+  if (!(scale > 0)) return weights;
+  Eigen::RowVector2d from = Eigen::RowVector2d::Constant(std::numeric_limits<double>::infinity()), to = -from;
+  for (Index r = 0; r < weights.size(); ++r) {
+    weights[r] *= lossWeight(Loss::huber, at.distances[r], scale);
+    if (at.distances[r] > kOutlier * scale) continue;
+    from = from.cwiseMin(at.parameters.row(r));
+    to = to.cwiseMax(at.parameters.row(r));
+  }
+  for (Index r = 0; r < weights.size(); ++r) at.parameters.row(r) = at.parameters.row(r).cwiseMax(from).cwiseMin(to);
+  return weights;
 }
 
 // A few folds have a place; many are the sheet's.
@@ -104,17 +128,20 @@ DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& optio
   if (points.count() == 0) throw InvalidInput("there are no points to fit");
   FitOptions<2> fitting;
   if (std::min(options.degree[0], options.degree[1]) > 1) fitting.energy = thinPlate<2>();
+  DrawnSheet result;
+  Eigen::VectorXd weights = points.weights;
+  const auto on = [&](const Net& parameters) { return FitPoints<2>{parameters, points.values, weights}; };
   const auto fitOf = [&](const Net& parameters, double weight) {
     fitting.smoothing = Smoothing::fixed(weight);
-    return fitLeastSquares<2>(knotsOver(parameters, options), {parameters, points.values, points.weights}, fitting);
+    return fitLeastSquares<2>(knotsOver(parameters, options), on(parameters), fitting);
   };
-  DrawnSheet result;
   Net parameters = points.parameters;
   const double planeArea = area(parameters);
   double weight = kFirstWeight, factor = kFactor;
   Fit<2> current = fitOf(parameters, weight);
   result.fit = current;
   result.parameters = parameters;
+  result.weights = weights;
   result.rms.push_back(current.summary.rms);
   double best = current.summary.crossValidation;
   int idle = 0;
@@ -131,14 +158,16 @@ DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& optio
       result.fit.summary.stopped = true;
       break;
     }
-    const Net moved = correctedParameters(current.spline, {parameters, points.values, points.weights});
+    Corrected next = corrected(current.spline, points.values, parameters);
+    if (options.robust) weights = robustWeights(points.weights, next);
+    const Net& moved = next.parameters;
     const auto heldBefore = fitting.held;
-    Fit<2> next = fitOf(moved, weight * factor);
-    SheetCheck check = checkSheet(next.spline, {moved, points.values, points.weights}, 0);
+    Fit<2> tried = fitOf(moved, weight * factor);
+    SheetCheck check = checkSheet(tried.spline, on(moved), 0);
     for (int round = 0; holding && round < kHoldingRounds && mayBeHeld(check); ++round) {
       hold(check.foldedCells, current.spline, fitting);
-      next = fitOf(moved, weight * factor);
-      check = checkSheet(next.spline, {moved, points.values, points.weights}, 0);
+      tried = fitOf(moved, weight * factor);
+      check = checkSheet(tried.spline, on(moved), 0);
     }
     if (check.folded > 0) {
       fitting.held = heldBefore;
@@ -155,8 +184,8 @@ DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& optio
       continue;
     }
     weight *= factor;
-    current = std::move(next);
-    parameters = moved;
+    current = std::move(tried);
+    parameters = std::move(next.parameters);
     result.rms.push_back(current.summary.rms);
     const double now = current.summary.crossValidation;
     ++idle;
@@ -165,11 +194,12 @@ DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& optio
       best = now;
       result.fit = current;
       result.parameters = parameters;
+      result.weights = weights;
       result.held = fitting.held;
     }
   }
   result.stretch = area(result.parameters) / planeArea;
-  result.check = checkSheet(result.fit.spline, {result.parameters, points.values, points.weights});
+  result.check = checkSheet(result.fit.spline, {result.parameters, points.values, result.weights});
   return result;
 }
 

@@ -17,12 +17,15 @@ struct DeepDrawingOptions {
   std::array<int, 2> degree{3, 3};
   std::array<Index, 2> size{20, 20};  // control points, along the longer and the shorter direction of the cloud
   int steps = 60;                     // at most
+  // Huber's weights by the distances of the step before: outliers neither bend the sheet nor enlarge its domain.
+  bool robust = false;
   Progress progress;
 };
 
 struct DrawnSheet {
   Fit<2> fit;
   Net parameters;           // of the points, on the fit; the domain is as large as the sheet
+  Eigen::VectorXd weights;  // of the points in the fit; none: all alike
   std::vector<double> rms;  // of every step
   double stretch = 1;       // the domain's area, in parts of that of the points' projection
   bool folded = false;      // a lower weight would have made a fold ...

@@ -12,8 +12,6 @@ namespace strak {
 
 namespace {
 
-constexpr double kHuber = 1.345;
-constexpr double kTukey = 4.685;
 // Rounds in which scale and smoothing are found: by Huber's loss, which has one minimum, then by Tukey's from there,
 // because what far points add to the errors would pass for noise.
 constexpr int kHuberRounds = 4, kTukeyRounds = 4;
@@ -21,46 +19,6 @@ constexpr double kSettled = 1e-7;         // relative change of the objective th
 constexpr double kFirstSmoothing = 0.3;   // of |error| in l1, in parts of the scale ...
 constexpr double kLastSmoothing = 0.2;    // ... and of the gap
 constexpr double kSmoothingFactor = 0.8;  // ... getting smaller every round
-
-// The median of |error| for normal noise of deviation 1 in one direction: errors of corrected parameters have one, and
-// those of functions. For more it makes the scale larger, which is the safe side.
-constexpr double kMedianOfNormal = 0.6744897501960817;
-
-double median(Eigen::VectorXd values) {
-  const auto middle = values.data() + values.size() / 2;
-  std::nth_element(values.data(), middle, values.data() + values.size());
-  return *middle;
-}
-
-// s^2 rho(r / s).
-double lossOf(Loss loss, double r, double s) {
-  switch (loss) {
-    case Loss::huber:
-      return r <= kHuber * s ? r * r : kHuber * s * (2 * r - kHuber * s);
-    case Loss::tukey: {
-      const double far = kTukey * s, inside = 1 - std::min(r / far, 1.0) * std::min(r / far, 1.0);
-      return far * far / 3 * (1 - inside * inside * inside);
-    }
-    case Loss::absolute:
-      return 2 * s * r;
-  }
-  return 0;
-}
-
-// The weight of least squares that has the same slope; `least`: |error| of l1 is not taken to be smaller.
-double weightOf(Loss loss, double r, double s, double least) {
-  switch (loss) {
-    case Loss::huber:
-      return r <= kHuber * s ? 1 : kHuber * s / r;
-    case Loss::tukey: {
-      const double inside = 1 - std::min(r / (kTukey * s), 1.0) * std::min(r / (kTukey * s), 1.0);
-      return inside * inside;
-    }
-    case Loss::absolute:
-      return s / std::hypot(r, least);
-  }
-  return 1;
-}
 
 template <int D>
 class Reweighting {
@@ -127,7 +85,7 @@ class Reweighting {
   double effective() const { return base_.dot(weights_); }
 
   void reweight(Loss loss, double scale, double least) {
-    for (Index r = 0; r < weights_.size(); ++r) weights_[r] = weightOf(loss, errors_[r], scale, least);
+    for (Index r = 0; r < weights_.size(); ++r) weights_[r] = lossWeight(loss, errors_[r], scale, least);
   }
 
   void fit(const Smoothing& smoothing, RobustFit<D>& result) {
@@ -147,7 +105,7 @@ class Reweighting {
     for (Index r = 0; r < errors_.size(); ++r) {
       if (base_[r] > 0) used.push_back(errors_[r]);
     }
-    return median(Eigen::Map<const Eigen::VectorXd>(used.data(), static_cast<Index>(used.size()))) / kMedianOfNormal;
+    return robustScale(Eigen::Map<const Eigen::VectorXd>(used.data(), static_cast<Index>(used.size())));
   }
 
   double energyTerm(const RobustFit<D>& result) const { return result.lambda * result.fit.summary.energy; }
@@ -179,7 +137,7 @@ class Reweighting {
     FitSummary& summary = result.fit.summary;
     for (Index r = 0; r < errors_.size(); ++r) {
       squares += base_[r] * errors_[r] * errors_[r];
-      if (base_[r] > 0 && errors_[r] > kTukey * result.scale) ++result.outliers;
+      if (base_[r] > 0 && errors_[r] > kOutlier * result.scale) ++result.outliers;
     }
     summary.rms = std::sqrt(squares / total_);
     summary.lambda = result.lambda;
@@ -198,13 +156,6 @@ class Reweighting {
 };
 
 }  // namespace
-
-Loss lossNamed(std::string_view name) {
-  if (name == "huber") return Loss::huber;
-  if (name == "tukey") return Loss::tukey;
-  if (name == "l1") return Loss::absolute;
-  throw InvalidInput(fmt::format("there is no loss '{}': choose l2, l1, linf, huber or tukey", name));
-}
 
 template <int D>
 RobustFit<D> fitRobustly(const std::array<KnotVector, D>& knots, const FitPoints<D>& points,

@@ -2,22 +2,15 @@
 //
 // Fits that outliers do not move: Huber's and Tukey's losses with a robust scale, and l1.
 //
-// With r = |error| / s, s the scale of the noise, the mean of w s^2 rho(r) takes the place of the mean square:
-//   Huber   rho = r^2 up to k, 2 k r - k^2 beyond (k = 1.345; 95 % efficient for normal noise)
-//   Tukey   rho = (c^2 / 3) (1 - (1 - (r / c)^2)^3) up to c, c^2 / 3 beyond (c = 4.685): far points do not count at all
-//   l1      rho = 2 r
+// The mean of w s^2 rho(r) takes the place of the mean square (strak/fitting/loss.h),
 // so that lambda keeps its meaning. Minimised by iteratively reweighted least squares. For l1 a dual solution comes
-// with every step and bounds how far the fit is from the best one. Source: Hoschek and Juettler (2.6) on other norms;
-// Huber, Robust Statistics (1981). For vector errors the norm is the Euclidean one, as the errata ask.
+// with every step and bounds how far the fit is from the best one. Source: Hoschek and Juettler (2.6) on other norms.
+// For vector errors the norm is the Euclidean one, as the errata ask.
 
 #include "strak/fitting/least_squares.h"
+#include "strak/fitting/loss.h"
 
 namespace strak {
-
-enum class Loss { huber, tukey, absolute };
-
-// "huber", "tukey", "l1"; throws InvalidInput for another word.
-Loss lossNamed(std::string_view name);
 
 template <int D>
 struct RobustFitOptions {

@@ -72,6 +72,32 @@ TEST_P(BentSheets, AreDrawnToTheirNoise) {
 
 INSTANTIATE_TEST_SUITE_P(DeepDrawing, BentSheets, ::testing::Values(45.0, 90.0, 130.0));
 
+TEST(DeepDrawing, IsNotBentByOutliers) {
+  const double half = std::numbers::pi / 2;
+  Net points = cylinder(half);
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> unit(-0.4, 0.4);
+  for (Index r = 0; r < points.rows(); r += 12) {
+    for (Index c = 0; c < 3; ++c) points(r, c) += unit(random);
+  }
+  DeepDrawingOptions options = size(14);
+  const auto errorOf = [&] {
+    const DrawnSheet sheet = drawSheet({planeParameters(points), points}, options);
+    double worst = 0;
+    for (Index r = 0; r < points.rows(); ++r) {
+      if (r % 12 == 0) continue;
+      const Point foot = evaluate<2>(sheet.fit.spline, {sheet.parameters(r, 0), sheet.parameters(r, 1)});
+      worst = std::max(worst, std::abs(std::hypot(foot[0], foot[2]) - 1));
+    }
+    return worst;
+  };
+  const double bent = errorOf();
+  options.robust = true;
+  const double straight = errorOf();
+  EXPECT_GT(bent, 30 * kNoise);
+  EXPECT_LT(straight, 4 * kNoise);
+}
+
 TEST(DeepDrawing, TakesHemispheresAndHoles) {
   Net points = cloud(8000, [](double s, double t) {
     const double radius = std::hypot(s, t);
