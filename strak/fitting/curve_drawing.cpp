@@ -17,10 +17,10 @@ constexpr Index kFewPoints = 16;       // too few to tell noise from shape
 constexpr double kSmallNoise = 0.2;    // errors below this part of the steps leave the lengths as they are
 constexpr double kFirstWeight = 1e-5;  // some six degrees of freedom: a loop stays a loop
 constexpr double kFactor = 0.25;       // of the weight, from step to step
-constexpr double kLeastWeight = 1e-13;
-constexpr double kBetter = 0.97;  // cross validation's errors that are worth another step, ...
-constexpr int kPatience = 3;      // ... within so many steps
-constexpr double kAsGood = 1.02;  // cross validation's errors that noise may make
+constexpr int kSteps = 14;             // at most: nothing is smoothed by less than 1e-13
+constexpr double kBetter = 0.97;       // cross validation's errors that are worth another step, ...
+constexpr int kPatience = 3;           // ... within so many steps
+constexpr double kAsGood = 1.02;       // cross validation's errors that noise may make
 
 double middleStep(const Net& points) {
   std::vector<double> steps;
@@ -97,10 +97,9 @@ DrawnCurve drawCurve(const FitPoints<1>& points, const CurveDrawingOptions& opti
   if (plain.summary.rms < kSmallNoise * middleStep(points.values)) return result;
 
   Net parameters = points.parameters, drawn;
-  double best = 0;
-  int idle = 0;
-  for (double weight = kFirstWeight; weight > kLeastWeight && idle < kPatience; weight *= kFactor) {
-    if (!options.progress.report(0, "drawing the curve")) return result;
+  double weight = kFirstWeight, best = 0;
+  for (int step = 0, idle = 0; step < kSteps && idle < kPatience; ++step, weight *= kFactor) {
+    if (!options.progress.report(static_cast<double>(step) / kSteps, "drawing the curve")) return result;
     const Fit<1> fit = fitOf(parameters, Smoothing::fixed(weight));
     parameters = next(fit, parameters);
     if (result.rms.empty()) parameters = arcLengths(fit.spline, parameters.col(0));
