@@ -62,6 +62,17 @@ std::vector<std::string> sheetWarnings(const SheetCheck& check, const Surface& s
     warnings.push_back(fmt::format("{:.0f} % of the points lie in two layers, for instance around {}",
                                    100 * check.layered, placeOn(surface, check.layeredAt)));
   }
+  if (check.parts > 1) {
+    warnings.push_back(fmt::format(
+        "the points lie in {} parts with nothing between them, the second one around {}: what joins them is a guess",
+        check.parts, placeOn(surface, check.partAt)));
+  }
+  if (check.thickness > kThick) {
+    warnings.push_back(
+        fmt::format("half of the points lie farther from the surface than {:.2g} of its size: a cloud that thick is no "
+                    "sheet over one plane; cut it into sheets, or give the points parameters u, v",
+                    check.thickness));
+  }
   if (check.folded > 0) {
     warnings.push_back(
         fmt::format("the surface folds in {} of {} knot cells, for instance around {}: use fewer "

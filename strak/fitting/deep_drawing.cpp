@@ -218,7 +218,8 @@ DrawnCloud drawCloud(const Net& points, const Eigen::VectorXd& weights, const De
                        (sheet.check.doubt() > kNotOneSheet && best.sheet.check.doubt() <= kNotOneSheet);
     if (plane > 0 && worse) continue;
     best = {std::move(sheet), plane};
-    if (best.sheet.fit.summary.stopped || best.sheet.check.doubt() <= kDoubtful) break;
+    const SheetCheck& check = best.sheet.check;
+    if (best.sheet.fit.summary.stopped || (check.doubt() <= kDoubtful && check.thickness <= kThick)) break;
   }
   return best;
 }

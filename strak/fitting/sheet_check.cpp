@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "strak/base/error.h"
 #include "strak/metrology/closest_points.h"
@@ -20,7 +21,10 @@ constexpr double kLeastSine = 0.02;    // of the angle between the parameter lin
 constexpr double kLeastLayers = 3e-4;  // root mean square in parts of the size: nearer layers are patterns of errors
 constexpr double kNearer = 0.5;        // a place that is nearer by less may be rounding or noise
 constexpr double kAway = 1;            // knot spans: what is nearer in the domain is the same part of the surface
-constexpr double kTouching = 1e-6;     // of the surface's size: shorter distances are none
+constexpr double kLeastPart = 0.05;    // of the points: fewer are strays
+constexpr double kPointsPerPartCell = 9;
+constexpr Index kMostPartCells = 1000;  // a direction
+constexpr double kTouching = 1e-6;      // of the surface's size: shorter distances are none
 
 // Unit normals on a lattice; zero where the parameter lines touch.
 std::vector<Eigen::Vector3d> normalsOn(const Evaluator<2>& evaluator, const Evaluator<2>::Parameters& places) {
@@ -74,6 +78,59 @@ void findFolds(const Evaluator<2>& evaluator, const std::vector<FitErrors<2>::Ce
   }
 }
 
+// Filled cells of an even grid over the domain that touch are one part.
+void findParts(const Surface& surface, const Net& parameters, SheetCheck& check) {
+  std::array<Index, 2> cells{};
+  const double area = surface.knots(0).length() * surface.knots(1).length();
+  const double side = std::sqrt(area * kPointsPerPartCell / static_cast<double>(std::max<Index>(parameters.rows(), 1)));
+  for (std::size_t k = 0; k < 2; ++k) {
+    cells[k] = std::clamp<Index>(static_cast<Index>(surface.knots()[k].length() / side), 1, kMostPartCells);
+  }
+  std::vector<Index> count(static_cast<std::size_t>(cells[0] * cells[1]), 0);
+  for (Index r = 0; r < parameters.rows(); ++r) {
+    std::array<Index, 2> cell{};
+    for (std::size_t k = 0; k < 2; ++k) {
+      const KnotVector& knots = surface.knots()[k];
+      const double at = (parameters(r, static_cast<Index>(k)) - knots.from()) / knots.length();
+      cell[k] = std::clamp<Index>(static_cast<Index>(at * static_cast<double>(cells[k])), 0, cells[k] - 1);
+    }
+    ++count[static_cast<std::size_t>(cell[0] * cells[1] + cell[1])];
+  }
+  struct Part {
+    Index points = 0, cells = 0;
+    std::array<double, 2> sum{};
+  };
+  std::vector<Part> parts;
+  for (Index first = 0; first < cells[0] * cells[1]; ++first) {
+    if (count[static_cast<std::size_t>(first)] == 0) continue;
+    Part part;
+    std::vector<Index> open{first};
+    while (!open.empty()) {
+      const Index c = open.back();
+      open.pop_back();
+      Index& here = count[static_cast<std::size_t>(c)];
+      if (here == 0) continue;
+      part.points += std::exchange(here, 0);
+      ++part.cells;
+      const Index i = c / cells[1], j = c % cells[1];
+      part.sum[0] += static_cast<double>(i) + 0.5;
+      part.sum[1] += static_cast<double>(j) + 0.5;
+      for (Index a = std::max<Index>(i - 1, 0); a <= std::min(i + 1, cells[0] - 1); ++a) {
+        for (Index b = std::max<Index>(j - 1, 0); b <= std::min(j + 1, cells[1] - 1); ++b)
+          open.push_back(a * cells[1] + b);
+      }
+    }
+    if (static_cast<double>(part.points) >= kLeastPart * static_cast<double>(parameters.rows())) parts.push_back(part);
+  }
+  if (parts.size() < 2) return;
+  std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.points > b.points; });
+  check.parts = static_cast<Index>(parts.size());
+  for (std::size_t k = 0; k < 2; ++k) {
+    const double middle = parts[1].sum[k] / static_cast<double>(parts[1].cells * cells[k]);
+    check.partAt[k] = surface.knots()[k].from() + middle * surface.knots()[k].length();
+  }
+}
+
 // The errors sorted into cells: those of the function zero.
 Fit<2> errorsOnCells(const std::array<KnotVector, 2>& knots, const FitPoints<2>& errors) {
   Fit<2> result;
@@ -108,8 +165,16 @@ SheetCheck checkSheet(const Surface& surface, const FitPoints<2>& points, Index 
     const Index spans = std::clamp<Index>(cells, 1, static_cast<Index>(knots.spans().size()));
     coarse[k] = KnotVector::uniformClamped(1, spans, knots.from(), knots.to());
   }
+  if (mostLooked > 0) findParts(surface, points.parameters, check);
   const auto groups = twoGroups<2>(errorsOnCells(coarse, signedErrors));
   const double size = (surface.net().colwise().maxCoeff() - surface.net().colwise().minCoeff()).norm();
+  if (points.count() > 0 && size > 0) {
+    std::vector<double> sorted(distances.data(), distances.data() + distances.size());
+    for (double& one : sorted) one = std::abs(one);
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    check.thickness = *middle / size;
+  }
   if (distances.norm() > kLeastLayers * size * std::sqrt(static_cast<double>(points.count()))) {
     check.layered = groups.share;
     check.layeredAt = groups.place;

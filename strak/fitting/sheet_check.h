@@ -8,6 +8,8 @@ namespace strak {
 
 // A larger doubt is no accident of steps and noise: the cloud is not one sheet.
 inline constexpr double kNotOneSheet = 0.25;
+// Points that lie farther from the surface, in the middle of all and in parts of its size, are no sheet but a heap.
+inline constexpr double kThick = 0.015;
 
 struct SheetCheck {
   // Knot cells, those that hang over the border of the cloud apart, in which the surface folds: its normal turns by
@@ -19,6 +21,11 @@ struct SheetCheck {
   // the distances are below 3e-4 of the size: mesh vertices often have such patterns.
   double layered = 0;
   std::array<double, 2> layeredAt{};
+  double thickness = 0;  // the median of the distances in parts of the surface's size
+  // Parts of the cloud with a twentieth of the points at least and an empty strip of the domain between them, which is
+  // wider than some three steps between points; the middle of the second largest.
+  Index parts = 1;
+  std::array<double, 2> partAt{};
   // Of `looked` points spread over all: how many lie at most half as far from another place of the surface, more than a
   // knot span away in the domain.
   Index astray = 0, looked = 0;

@@ -72,6 +72,25 @@ TEST_P(BentSheets, AreDrawnToTheirNoise) {
 
 INSTANTIATE_TEST_SUITE_P(DeepDrawing, BentSheets, ::testing::Values(45.0, 90.0, 130.0));
 
+TEST(DeepDrawing, SaysThatAHeapIsNoSheet) {
+  std::mt19937_64 random(6);
+  std::uniform_real_distribution<double> unit(0, 1);
+  Net heap(2000, 3);
+  for (double& c : heap.reshaped()) c = unit(random);
+  EXPECT_GT(drawCloud(heap, {}, size(10)).sheet.check.thickness, kThick);
+  EXPECT_LT(drawCloud(cylinder(1), {}, size(14)).sheet.check.thickness, 0.001);
+}
+
+TEST(DeepDrawing, SaysThatNothingJoinsTheParts) {
+  std::mt19937_64 random(6);
+  std::uniform_real_distribution<double> unit(0, 1);
+  // Two squares one above the other, farther apart than they are wide: a sheet runs around both.
+  Net points(1000, 3);
+  for (Index r = 0; r < points.rows(); ++r) points.row(r) << unit(random), unit(random), r % 2 == 0 ? 0 : 2;
+  EXPECT_EQ(drawCloud(points, {}, size(10)).sheet.check.parts, 2);
+  EXPECT_EQ(drawCloud(cylinder(1), {}, size(14)).sheet.check.parts, 1);
+}
+
 TEST(DeepDrawing, IsNotBentByOutliers) {
   const double half = std::numbers::pi / 2;
   Net points = cylinder(half);
