@@ -22,7 +22,7 @@ namespace strak::cli {
 namespace {
 
 struct ConvertArguments {
-  std::string input, output, elevate, rebuild, uniform, nonuniform, tolerance, mostPoints, analytic;
+  std::string input, output, elevate, rebuild, uniform, nonuniform, tolerance, joinTolerance, mostPoints, analytic;
   bool toBezier = false, uniformCubic = false, json = false;
   std::string commandLine;
 };
@@ -130,6 +130,9 @@ void convert(const ConvertArguments& arguments) {
   if (!arguments.tolerance.empty() && arguments.rebuild.empty() && !form) {
     throw InvalidInput("--tolerance is for --rebuild, --uniform and --nonuniform: everything else is exact");
   }
+  if (!arguments.joinTolerance.empty() && !form) {
+    throw InvalidInput("--join-tolerance is for --uniform and --nonuniform");
+  }
   auto model = readModel(arguments.input);
   const std::string format = model->format();
   if (!arguments.analytic.empty()) convertAnalytic(*model, arguments.analytic);
@@ -141,7 +144,7 @@ void convert(const ConvertArguments& arguments) {
     rebuilt = std::move(result.objects);
   }
   ConvertedModel converted;
-  if (form) converted = convertForm(*model, *form, arguments.tolerance);
+  if (form) converted = convertForm(*model, *form, arguments.tolerance, arguments.joinTolerance);
   model->write(arguments.output);
   if (!arguments.json) {
     for (const RebuiltObject& object : rebuilt) {
@@ -174,6 +177,13 @@ void convert(const ConvertArguments& arguments) {
   if (form && !converted.after.edges.empty()) {
     json["edges"] = {{"gap_before", converted.before.largestGap}, {"gap", converted.after.largestGap}};
   }
+  if (form && converted.measuredJoins > 0) {
+    json["joins"] = {{"gap_before", converted.joinGap.before},
+                     {"gap", converted.joinGap.after},
+                     {"common", converted.commonJoins},
+                     {"near", converted.nearJoins},
+                     {"loose_faces", converted.looseFaces}};
+  }
   json["seconds"] = watch.seconds();
   printJson(json);
 }
@@ -202,6 +212,9 @@ void addConvert(CLI::App& program, const std::string& commandLine) {
   command->add_option("--tolerance", arguments->tolerance,
                       "With --rebuild, --uniform and --nonuniform: write nothing if a deviation may be larger; a "
                       "length, or a part of the size (0.0001size)");
+  command->add_option("--join-tolerance", arguments->joinTolerance,
+                      "With --uniform and --nonuniform: what joins of faces may open by, a length like --tolerance; "
+                      "default: a tenth of it");
   command->add_option("--most-points", arguments->mostPoints,
                       "With --uniform and --nonuniform: at most so many control points a spline; default: 200000");
   command->add_option(

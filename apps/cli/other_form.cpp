@@ -5,35 +5,42 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
+#include <optional>
 
 #include "apps/cli/console.h"
 #include "apps/cli/values.h"
 #include "strak/base/error.h"
+#include "strak/fairing/part_conversion.h"
+#include "strak/report/edge_joins.h"
 
 namespace strak::cli {
 
 namespace {
 
+constexpr double kJoinShare = 0.1;  // of the tolerance: what joins may open by, if nothing is said
+
 template <int D>
-Spline<D> convertObject(const Spline<D>& spline, const ConversionOptions& options, const std::string& unit,
-                        ConvertedObject& object) {
-  Converted<D> made = [&] {
-    try {
-      return convertSpline<D>(spline, options);
-    } catch (const InvalidInput& error) {
-      throw InvalidInput(fmt::format("'{}' cannot be converted: {}", object.name, error.what()));
-    }
-  }();
+Converted<D> convertAlone(const Spline<D>& spline, const ConversionOptions& options, const std::string& name) {
+  try {
+    return convertSpline<D>(spline, options);
+  } catch (const InvalidInput& error) {
+    throw InvalidInput(fmt::format("'{}' cannot be converted: {}", name, error.what()));
+  }
+}
+
+// Throws Failure if the tolerance is not reached.
+template <int D>
+void takeOver(const Spline<D>& had, Converted<D>& made, const ConversionOptions& options, const std::string& unit,
+              ConvertedObject& object) {
   object.unchanged = made.unchanged;
   object.lower = made.deviation.lower;
   object.certified = made.deviation.upper;
   object.sides.assign(made.sides.begin(), made.sides.end());
-  const auto had = spline.sizes(), has = made.spline.sizes();
-  object.pointsBefore.assign(had.begin(), had.end());
-  object.points.assign(has.begin(), has.end());
+  const auto before = had.sizes(), after = made.spline.sizes();
+  object.pointsBefore.assign(before.begin(), before.end());
+  object.points.assign(after.begin(), after.end());
   object.creases = std::move(made.creases);
-  if (made.reached) return std::move(made.spline);
+  if (made.reached) return;
   const std::string crease =
       object.creases.empty() ? ""
                              : fmt::format(" (it has a crease of {}, which uniform knots round and --nonuniform keeps)",
@@ -45,94 +52,101 @@ Spline<D> convertObject(const Spline<D>& spline, const ConversionOptions& option
       options.mostPoints));
 }
 
-// A spline on its way into the model.
-struct Change {
-  Index object = 0;
-  AnySpline had, made;
-  ConversionOptions options;
+// The faces of a model and where they meet, each surface once however many instances there are.
+struct Part {
+  std::vector<PartFace> faces;
+  std::vector<Index> objects;     // of each face
+  std::map<Index, Index> faceOf;  // of each object
+  std::vector<PartEdge> edges;
 };
 
-Index spansOf(const Change& change, std::size_t direction) {
-  return static_cast<Index>(std::get<Surface>(change.made).knots()[direction].spans().size());
-}
-
-// Faces that share whole sides get as many spans along them as the one that needs the most: their common side is then
-// approximated alike, and stays common.
-void evenOut(const Model& model, const std::string& unit, std::vector<Change>& changes,
-             std::vector<ConvertedObject>& objects) {
-  constexpr int kMostRounds = 8;
-  const auto changeOf = [&](Index face) -> Change* {
-    const std::vector<Index>& group = model.objects()[static_cast<std::size_t>(face)].sharedWith;
-    const auto at = std::find_if(changes.begin(), changes.end(), [&](const Change& change) {
-      return change.object == face || std::find(group.begin(), group.end(), change.object) != group.end();
-    });
-    return at == changes.end() ? nullptr : &*at;
-  };
-  const std::vector<SharedEdge> edges = model.sharedEdges();
-  std::set<Change*> raised{nullptr};
-  for (int round = 0; round < kMostRounds && !raised.empty(); ++round) {
-    raised.clear();
-    for (const SharedEdge& edge : edges) {
-      if (!edge.sideA || !edge.sideB || edge.faceA == edge.faceB) continue;
-      Change *const a = changeOf(edge.faceA), *const b = changeOf(edge.faceB);
-      if (a == nullptr || b == nullptr) continue;
-      // Sides 0 and 1 run along v, 2 and 3 along u.
-      const auto alongA = static_cast<std::size_t>(1 - *edge.sideA / 2);
-      const auto alongB = static_cast<std::size_t>(1 - *edge.sideB / 2);
-      const Index wished = std::max(
-          {spansOf(*a, alongA), spansOf(*b, alongB), a->options.leastSpans[alongA], b->options.leastSpans[alongB]});
-      for (const auto& [change, along] : {std::pair{a, alongA}, std::pair{b, alongB}}) {
-        if (change->options.leastSpans[along] >= wished) continue;
-        change->options.leastSpans[along] = wished;
-        if (spansOf(*change, along) < wished) raised.insert(change);
+void addEdges(const std::vector<SharedEdge>& edges, Part& part) {
+  for (const SharedEdge& shared : edges) {
+    const auto a = part.faceOf.find(shared.faceA), b = part.faceOf.find(shared.faceB);
+    PartEdge edge;
+    edge.samePlace = shared.samePlace;
+    if (a == part.faceOf.end() && b == part.faceOf.end()) continue;
+    if (a == part.faceOf.end()) {
+      edge.face = b->second;
+      edge.line = shared.lineB;
+      edge.side = shared.sideB;
+      edge.along = shared.alongB;
+    } else {
+      edge.face = a->second;
+      edge.line = shared.lineA;
+      edge.side = shared.sideA;
+      edge.along = shared.alongA;
+      if (b != part.faceOf.end()) {
+        edge.other = b->second;
+        edge.otherLine = shared.lineB;
+        edge.otherSide = shared.sideB;
+        edge.otherAlong = shared.alongB;
       }
     }
-    for (Change* change : raised) {
-      change->made = convertObject<2>(std::get<Surface>(change->had), change->options, unit,
-                                      objects[static_cast<std::size_t>(change->object)]);
-    }
+    part.edges.push_back(std::move(edge));
   }
 }
 
 }  // namespace
 
-ConvertedModel convertForm(Model& model, ConversionOptions options, const std::string& tolerance) {
+ConvertedModel convertForm(Model& model, ConversionOptions options, const std::string& tolerance,
+                           const std::string& joinTolerance) {
   if (!tolerance.empty()) options.tolerance = lengthOf("--tolerance", tolerance, model.size());
+  PartConversionOptions together;
+  together.each = options;
+  together.joinTolerance = joinTolerance.empty() ? kJoinShare * options.tolerance
+                                                 : lengthOf("--join-tolerance", joinTolerance, model.size());
   const std::string unit = model.unit().empty() ? "" : " " + model.unit();
   ConvertedModel result;
-  std::vector<Change> made;
+  std::vector<std::pair<Index, AnySpline>> changes;
+  std::vector<std::optional<AnySpline>> had;
   std::map<std::size_t, std::size_t> instanceOf;
+  Part part;
   bool any = false;
   for (std::size_t i = 0; i < model.objects().size(); ++i) {
     const Object& object = model.objects()[i];
-    ConvertedObject entry;
+    had.push_back(object.spline);
+    ConvertedObject& entry = result.objects.emplace_back();
     entry.name = object.name;
     entry.leftAlone = object.leftAlone;
-    const auto first =
-        object.sharedWith.empty()
-            ? static_cast<Index>(i)
-            : std::min(static_cast<Index>(i), *std::min_element(object.sharedWith.begin(), object.sharedWith.end()));
-    if (object.leftAlone.empty() && object.spline && first < static_cast<Index>(i)) {
+    if (!object.leftAlone.empty() || !object.spline) continue;
+    any = true;
+    const auto at = static_cast<Index>(i);
+    const Index first = object.sharedWith.empty()
+                            ? at
+                            : std::min(at, *std::min_element(object.sharedWith.begin(), object.sharedWith.end()));
+    if (first < at) {
       instanceOf[i] = static_cast<std::size_t>(first);
-    } else if (object.leftAlone.empty() && object.spline) {
-      any = true;
-      AnySpline next = std::visit(
-          [&]<int D>(const Spline<D>& spline) { return AnySpline(convertObject<D>(spline, options, unit, entry)); },
+      if (const auto face = part.faceOf.find(first); face != part.faceOf.end()) part.faceOf[at] = face->second;
+    } else if (const auto* surface = std::get_if<Surface>(&*object.spline)) {
+      part.faceOf[at] = static_cast<Index>(part.faces.size());
+      part.faces.push_back({object.name, *surface});
+      part.objects.push_back(at);
+    } else {
+      std::visit(
+          [&]<int D>(const Spline<D>& spline) {
+            Converted<D> made = convertAlone<D>(spline, options, object.name);
+            takeOver<D>(spline, made, options, unit, entry);
+            if (!made.unchanged) changes.emplace_back(at, std::move(made.spline));
+          },
           *object.spline);
-      if (!entry.unchanged) made.push_back({static_cast<Index>(i), *object.spline, std::move(next), options});
     }
-    result.objects.push_back(std::move(entry));
   }
   if (!any) throw InvalidInput("the file holds no splines that could be converted: see strak info");
-  if (options.spacing == KnotSpacing::uniform) evenOut(model, unit, made, result.objects);
+  const std::vector<SharedEdge> edges = model.sharedEdges();
+  addEdges(edges, part);
+  ConvertedPart made = convertPart(part.faces, part.edges, together);
+  for (std::size_t f = 0; f < part.faces.size(); ++f) {
+    const Index object = part.objects[f];
+    takeOver<2>(part.faces[f].surface, made.faces[f], options, unit, result.objects[static_cast<std::size_t>(object)]);
+    if (!made.faces[f].unchanged) changes.emplace_back(object, std::move(made.faces[f].spline));
+  }
   // Instances are changed with the first.
   for (const auto& [instance, first] : instanceOf) {
     std::string name = std::move(result.objects[instance].name);
     result.objects[instance] = result.objects[first];
     result.objects[instance].name = std::move(name);
   }
-  std::vector<std::pair<Index, AnySpline>> changes;
-  for (Change& change : made) changes.emplace_back(change.object, std::move(change.made));
   result.before = model.audit();
   const std::vector<std::string> refused = model.replaceForms(changes);
   for (std::size_t c = 0; c < changes.size(); ++c) {
@@ -146,6 +160,16 @@ ConvertedModel convertForm(Model& model, ConversionOptions options, const std::s
   if (result.before.valid && !result.after.valid) {
     throw Failure("the CAD kernel's checker no longer accepts the converted model: give a smaller tolerance");
   }
+  result.commonJoins = made.common;
+  result.nearJoins = made.near;
+  result.looseFaces = std::move(made.loose);
+  result.joinTolerance = together.joinTolerance;
+  std::vector<const Surface*> was;
+  for (const auto& spline : had) was.push_back(spline ? std::get_if<Surface>(&*spline) : nullptr);
+  // The edges as they were found: those that are not sewn may lie too far apart now.
+  const auto joins = measureJoins(edges, was, surfacesOf(model.objects()));
+  result.measuredJoins = static_cast<Index>(joins.size());
+  result.joinGap = summaryOf(joins).gap;
   return result;
 }
 
@@ -167,9 +191,18 @@ std::string describe(const ConvertedModel& result, const std::string& unit) {
     }
   }
   std::string text = table.text() + remarks;
+  const std::string ending = unit.empty() ? "" : " " + unit;
+  if (result.measuredJoins > 0) {
+    text += fmt::format("{} joins, {} of them one curve on both faces: largest gap {} -> {}{}\n", result.measuredJoins,
+                        result.commonJoins, number(result.joinGap.before), number(result.joinGap.after), ending);
+  }
+  for (const std::string& face : result.looseFaces) {
+    text += fmt::format("{}: to keep its joins within {}{} takes more control points than --most-points allows\n", face,
+                        number(result.joinTolerance), ending);
+  }
   if (!result.after.edges.empty()) {
     text += fmt::format("edges fit their faces within {}{}, before within {}\n", number(result.after.largestGap),
-                        unit.empty() ? "" : " " + unit, number(result.before.largestGap));
+                        ending, number(result.before.largestGap));
   }
   return text;
 }

@@ -7,6 +7,7 @@
 
 #include "strak/exchange/model.h"
 #include "strak/fairing/conversion.h"
+#include "strak/report/before_after.h"
 
 namespace strak::cli {
 
@@ -24,12 +25,18 @@ struct ConvertedObject {
 struct ConvertedModel {
   std::vector<ConvertedObject> objects;  // in the model's order
   Audit before, after;
+  BeforeAfter joinGap;                                      // the largest between two faces, if measuredJoins > 0
+  Index measuredJoins = 0, commonJoins = 0, nearJoins = 0;  // see ConvertedPart
+  double joinTolerance = 0;
+  std::vector<std::string> looseFaces;
 };
 
 // Converts all splines that can be changed, faces with their trims. `options.tolerance` is not looked at but
-// `tolerance`, a length as in lengthOf() or empty. Throws InvalidInput for a file without splines; Failure if the
+// `tolerance`, a length as in lengthOf() or empty; so is `joinTolerance`, what joins may open by (empty: a tenth of the
+// tolerance). Throws InvalidInput for a file without splines; Failure if the
 // tolerance is not reached and if the kernel's checker no longer accepts the model: then it is not to be written.
-ConvertedModel convertForm(Model& model, ConversionOptions options, const std::string& tolerance);
+ConvertedModel convertForm(Model& model, ConversionOptions options, const std::string& tolerance,
+                           const std::string& joinTolerance);
 
 // A table for people.
 std::string describe(const ConvertedModel& result, const std::string& unit);

@@ -21,6 +21,7 @@ constexpr int kHighestDegree = 15;   // beyond, Gram matrices lose too many digi
 constexpr double kEven = 1e-9;       // of a span: how far uniform knots may be from equal steps
 constexpr double kFlat = 0.1;        // degrees: smaller creases are not worth a word
 constexpr double kFirstShare = 0.7;  // of the tolerance for the lines of one direction: the directions add up
+constexpr double kAlone = 0.95;      // the same for a side that is a single line
 constexpr int kLines = 33;           // at most so many lines are looked at, in every other direction
 constexpr int kLinesOfVolumes = 9;
 constexpr int kMostRounds = 40;
@@ -86,9 +87,9 @@ KnotVector adaptedKnots(const KnotVector& knots, int degree) {
   return {degree, std::move(result)};
 }
 
-// With halves of the spans, ascending, whose error is too large. So are those beside a halved one that are longer: what
+// With halves of the spans, ascending, whose error is above 1. So are those beside a halved one that are longer: what
 // a long span does to the point at its end, no short neighbour can mend.
-KnotVector halved(const KnotVector& knots, const std::vector<double>& errors, double tolerance) {
+KnotVector halved(const KnotVector& knots, const std::vector<double>& errors) {
   const auto spans = knots.spans();
   const auto length = [&](std::size_t s) { return knots[spans[s] + 1] - knots[spans[s]]; };
   std::vector<std::size_t> open;
@@ -98,7 +99,7 @@ KnotVector halved(const KnotVector& knots, const std::vector<double>& errors, do
     marked[s] = 1;
   };
   for (std::size_t s = 0; s < spans.size(); ++s) {
-    if (errors[s] > tolerance) mark(s);
+    if (errors[s] > 1) mark(s);
   }
   while (!open.empty()) {
     const std::size_t s = open.back();
@@ -128,9 +129,18 @@ std::vector<double> linePlaces(const KnotVector& knots, int most) {
   return places;
 }
 
-// How far lines of the spline in one direction are from their approximation on `target`, a number a span of that.
+// How far lines of a spline may be from their approximation: those inside, and those on the sides.
 template <int D>
-std::vector<double> errorsAlong(const Spline<D>& spline, int direction, const KnotVector& target) {
+struct Allowed {
+  double inside = 0;
+  std::array<double, 2 * static_cast<std::size_t>(D)> sides{};
+};
+
+// How far lines of the spline in one direction are from their approximation on `target`, by what they may be, a number
+// a span of that.
+template <int D>
+std::vector<double> errorsAlong(const Spline<D>& spline, int direction, const KnotVector& target,
+                                const Allowed<D>& allowed) {
   const auto along = static_cast<std::size_t>(direction);
   const KnotVector& had = spline.knots(direction);
   const Samples samples = samplesBetween(had, target, (had.degree() + target.degree()) / 2 + 3);
@@ -145,17 +155,28 @@ std::vector<double> errorsAlong(const Spline<D>& spline, int direction, const Kn
   const Net values = derivativesOnGrid(spline, grid, 0);
   const Net errors = values - mapLines<D>(values, sizes, direction, sizes[along],
                                           [&](const auto& lines) -> Net { return basis * projection.apply(lines); });
-  Index behind = 1;
-  for (std::size_t k = along + 1; k < D; ++k) behind *= sizes[k];
   const auto spans = target.spans();
   std::vector<double> largest(spans.size(), 0);
   for (Index r = 0; r < errors.rows(); ++r) {
-    const Index span = target.findSpan(samples.places[static_cast<std::size_t>(r / behind % sizes[along])]);
+    double limit = allowed.inside;
+    Index rest = r, place = 0;
+    for (std::size_t k = D; k-- > 0;) {
+      const Index i = rest % sizes[k];
+      rest /= sizes[k];
+      if (k == along) {
+        place = i;
+      } else if (i == 0 || i == sizes[k] - 1) {
+        limit = std::min(limit, allowed.sides[2 * k + (i == 0 ? 0 : 1)]);
+      }
+    }
+    const Index span = target.findSpan(samples.places[static_cast<std::size_t>(place)]);
     const auto at = static_cast<std::size_t>(std::lower_bound(spans.begin(), spans.end(), span) - spans.begin());
-    largest[at] = std::max(largest[at], errors.row(r).stableNorm());
+    largest[at] = std::max(largest[at], errors.row(r).stableNorm() / limit);
   }
   return largest;
 }
+
+double largestOf(const std::vector<double>& values) { return *std::max_element(values.begin(), values.end()); }
 
 // The angle in degrees between the legs of the net before and behind a knot of full multiplicity, and the gap at one
 // where the spline jumps.
@@ -241,17 +262,17 @@ class Search {
     return product;
   }
 
-  // Until the lines of every direction are within `tolerance`, or the net is too large: false.
-  bool grow(double tolerance) {
+  // Until the lines of every direction are near enough, or the net is too large: false.
+  bool grow(const Allowed<D>& allowed) {
     for (int k = 0; k < D; ++k) {
       if (kept_[static_cast<std::size_t>(k)]) continue;
       // Where the input's own knots are among those of few equal spans, it may be such a spline already.
-      if (first_) tryLattice(k, tolerance);
+      if (first_) tryLattice(k, allowed);
       while (true) {
-        const std::vector<double> errors = errorsAlong<D>(source_, k, knots_[static_cast<std::size_t>(k)]);
-        if (!(*std::max_element(errors.begin(), errors.end()) > tolerance)) break;
+        const std::vector<double> errors = errorsAlong<D>(source_, k, knots_[static_cast<std::size_t>(k)], allowed);
+        if (!(largestOf(errors) > 1)) break;
         typename Spline<D>::Knots before = knots_;
-        refine(k, errors, tolerance);
+        refine(k, errors);
         if (points() > static_cast<double>(options_.mostPoints)) {
           knots_ = std::move(before);
           return false;
@@ -263,27 +284,25 @@ class Search {
   }
 
  private:
-  void tryLattice(int k, double tolerance) {
+  void tryLattice(int k, const Allowed<D>& allowed) {
     const auto at = static_cast<std::size_t>(k);
     if (lattice_[at] == 0 || lattice_[at] < options_.leastSpans[at]) return;
     typename Spline<D>::Knots before = knots_;
     knots_[at] = uniformKnots(source_.knots(k), options_.degree, lattice_[at]);
     if (points() <= static_cast<double>(options_.mostPoints)) {
-      const auto errors = errorsAlong<D>(source_, k, knots_[at]);
-      if (*std::max_element(errors.begin(), errors.end()) <= tolerance) return;
+      if (largestOf(errorsAlong<D>(source_, k, knots_[at], allowed)) <= 1) return;
     }
     knots_ = std::move(before);
   }
 
-  void refine(int k, const std::vector<double>& errors, double tolerance) {
+  void refine(int k, const std::vector<double>& errors) {
     const auto at = static_cast<std::size_t>(k);
     if (options_.spacing == KnotSpacing::adapted) {
-      knots_[at] = halved(knots_[at], errors, tolerance);
+      knots_[at] = halved(knots_[at], errors);
       return;
     }
     // The error falls with the power degree + 1 of the spans' length, where nothing is in the way.
-    const double ratio = *std::max_element(errors.begin(), errors.end()) / tolerance;
-    const double factor = std::min(2.0, std::pow(ratio, 1.0 / (options_.degree + 1)));
+    const double factor = std::min(2.0, std::pow(largestOf(errors), 1.0 / (options_.degree + 1)));
     const auto had = static_cast<Index>(knots_[at].spans().size());
     Index spans = std::max(had + 1, static_cast<Index>(std::ceil(static_cast<double>(had) * factor)));
     if (const Index step = lattice_[at]; step > 1 && 4 * step <= spans) spans = (spans + step - 1) / step * step;
@@ -322,7 +341,10 @@ Converted<D> convertSpline(const Spline<D>& spline, const ConversionOptions& opt
   if (options.degree < 1 || options.degree > kHighestDegree) {
     throw InvalidInput(fmt::format("cannot convert to degree {}: give 1 to {}", options.degree, kHighestDegree));
   }
-  if (!(options.tolerance > 0)) throw InvalidInput("a conversion needs a tolerance above zero");
+  const auto& sides = options.sideTolerances;
+  if (!(options.tolerance > 0) || !std::all_of(sides.begin(), sides.end(), [](double side) { return side > 0; })) {
+    throw InvalidInput("a conversion needs a tolerance above zero");
+  }
   Converted<D> result;
   if (isAsWished<D>(spline, options)) {
     result.spline = spline;
@@ -336,17 +358,29 @@ Converted<D> convertSpline(const Spline<D>& spline, const ConversionOptions& opt
     throw InvalidInput(fmt::format("it would have {:.0f} control points to begin with, above {}: allow more",
                                    search.points(), options.mostPoints));
   }
-  const bool any = std::isinf(options.tolerance);
-  double target = kFirstShare * options.tolerance;
+  Allowed<D> allowed;
+  allowed.inside = kFirstShare * options.tolerance;
+  bool any = std::isinf(options.tolerance);
+  for (std::size_t s = 0; s < allowed.sides.size(); ++s) {
+    allowed.sides[s] = (D == 2 ? kAlone : kFirstShare) * options.sideTolerances[s];
+    any = any && std::isinf(allowed.sides[s]);
+  }
+  // The directions' errors and the places between the lines add up to more.
+  const auto within = [](double deviation, double tolerance, double& target) {
+    if (deviation <= tolerance) return true;
+    target *= std::clamp(tolerance / deviation, 0.5, 0.9);
+    return false;
+  };
   for (bool fits = true; result.rounds < kMostRounds;) {
-    if (!any) fits = search.grow(target);
+    if (!any) fits = search.grow(allowed);
     ++result.rounds;
     result.spline = polynomialOnto<D>(source, search.knots());
     certify<D>(result, source);
-    result.reached = result.deviation.upper <= options.tolerance;
+    result.reached = within(result.deviation.upper, options.tolerance, allowed.inside);
+    for (std::size_t s = 0; s < allowed.sides.size() && D > 1; ++s) {
+      result.reached = within(result.sides[s], options.sideTolerances[s], allowed.sides[s]) && result.reached;
+    }
     if (result.reached || !fits) break;
-    // The directions' errors and the places between the lines add up to more.
-    target *= std::clamp(options.tolerance / result.deviation.upper, 0.5, 0.9);
   }
   return result;
 }

@@ -32,6 +32,14 @@ struct ConversionOptions {
   Index mostPoints = 200'000;                                  // control points
   // Of uniform knots, a direction: as many as a neighbour has along a common side. 0: as few as will do.
   std::array<Index, 3> leastSpans{};
+  // Of the certified deviation of a side alone, in the order of Converted::sides; not of a curve, whose ends stay.
+  std::array<double, 6> sideTolerances = anyDeviation();
+
+  static constexpr std::array<double, 6> anyDeviation() {
+    std::array<double, 6> any{};
+    for (double& tolerance : any) tolerance = std::numeric_limits<double>::infinity();
+    return any;
+  }
 };
 
 template <int D>
@@ -41,7 +49,7 @@ struct Converted {
   // The same of the 2 D sides alone: low and high in direction 0, low and high in direction 1, ... (ends of a curve).
   std::array<double, 2 * static_cast<std::size_t>(D)> sides{};
   bool unchanged = false;            // the input was such a spline already: it comes back to the bit
-  bool reached = true;               // the tolerance; if not, the above is what mostPoints allow
+  bool reached = true;               // the tolerances; if not, the above is what mostPoints allow
   int rounds = 0;                    // nets that were made and certified
   std::vector<std::string> creases;  // of the input, that uniform knots round: "12.3 degrees at u = 0.5"
 };

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "strak/spline/degree_elevation.h"
+#include "strak/spline/reparametrize.h"
 #include "tests/cli/program.h"
 
 namespace strak::test {
@@ -59,7 +60,10 @@ TEST_F(Conversion, CommonSidesStayCommon) {
   }
   const Surface b(a.knots(), net);
   write("in.g2", g2(a) + g2(b));
-  json({"convert", path("in.g2"), "-o", path("out.g2"), "--uniform-cubic", "--tolerance", "0.005"});
+  const auto joins =
+      json({"convert", path("in.g2"), "-o", path("out.g2"), "--uniform-cubic", "--tolerance", "0.005"}).at("joins");
+  EXPECT_EQ(joins.at("common"), 1);
+  EXPECT_LT(joins.at("gap").get<double>(), 1e-12);
   const auto model = readModel(file("out.g2"));
   const auto left = std::get<Surface>(*model->objects()[0].spline),
              right = std::get<Surface>(*model->objects()[1].spline);
@@ -71,6 +75,25 @@ TEST_F(Conversion, CommonSidesStayCommon) {
   write("a.g2", g2(a));
   json({"convert", path("a.g2"), "-o", path("alone.g2"), "--uniform-cubic", "--tolerance", "0.005"});
   EXPECT_LT(readSurface(file("alone.g2")).size(0), right.size(0));
+}
+
+// A long side with two short ones on it opens by what is allowed, and the summary says so.
+TEST_F(Conversion, JoinsThatCannotBeCommonOpenByLittle) {
+  const Surface whole = wavySurface(5, 14, 12);
+  write("in.g2", g2(subPatch(whole, 1, 0, 1)) + g2(subPatch<2>(whole, {0, 1}, {0.4, 2})) +
+                     g2(subPatch<2>(whole, {0.4, 1}, {1, 2})));
+  const auto command = [&](const char* join) -> std::vector<std::string> {
+    return {"convert", path("in.g2"),      "-o", path("out.g2"), "--uniform-cubic", "--tolerance",
+            "0.01",    "--join-tolerance", join};
+  };
+  const auto joins = json(command("0.0001")).at("joins");
+  EXPECT_EQ(joins.at("common"), 1);
+  EXPECT_EQ(joins.at("near"), 2);
+  EXPECT_LT(joins.at("gap_before").get<double>(), 1e-12);
+  EXPECT_LE(joins.at("gap").get<double>(), 0.0001);
+  EXPECT_GT(json(command("1")).at("joins").at("gap").get<double>(), 0.0001);
+  const Outcome outcome = strak(command("1"));
+  EXPECT_NE(outcome.out.find("3 joins, 1 of them one curve"), std::string::npos) << outcome.out;
 }
 
 TEST_F(Conversion, WhatIsNotReachedIsNotWritten) {
@@ -100,6 +123,8 @@ TEST_F(Conversion, WishesThatMakeNoSense) {
   refused({"--uniform-cubic", "--tolerance", "-1"});
   refused({"--uniform-cubic", "--most-points", "10"});
   refused({"--most-points", "1000"});
+  refused({"--join-tolerance", "1"});
+  refused({"--uniform-cubic", "--tolerance", "0.1", "--join-tolerance", "0"});
 }
 
 #ifdef STRAK_WITH_CAD
