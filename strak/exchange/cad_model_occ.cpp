@@ -116,7 +116,16 @@ class CadModel : public Model {
       requireIndex(index, objects_);
       requireSameDomain(objects_[static_cast<std::size_t>(index)], spline);
     }
-    for (const auto& [index, spline] : splines) refused.push_back(replaceForm(static_cast<std::size_t>(index), spline));
+    ChangedSurfaces changed;
+    for (const auto& [index, spline] : splines) {
+      const auto at = static_cast<std::size_t>(index);
+      const auto surface = surfaces_.find(keys_[at]);
+      const Handle(Geom_BSplineSurface) had =
+          surface == surfaces_.end() ? Handle(Geom_BSplineSurface)() : surface->second.original;
+      refused.push_back(replaceForm(at, spline));
+      if (refused.back().empty() && !had.IsNull()) changed.emplace(surfaces_.at(keys_[at]).live.get(), had);
+    }
+    if (!changed.empty()) followingEdges_.settle(changed);
     followingEdges_ = FollowingEdges(file_.shape, size_ * file_.unit.millimetres);
     return refused;
   }

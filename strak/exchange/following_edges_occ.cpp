@@ -10,6 +10,7 @@
 #include <Geom2d_Curve.hxx>
 #include <GeomAdaptor_Surface.hxx>
 #include <Geom_BSplineCurve.hxx>
+#include <Standard_Failure.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopoDS.hxx>
@@ -21,6 +22,7 @@
 #include <cmath>
 
 #include "strak/base/error.h"
+#include "strak/exchange/audit_occ.h"
 #include "strak/exchange/cad_file_occ.h"
 #include "strak/exchange/cad_geometry_occ.h"
 #include "strak/exchange/mean_curve.h"
@@ -36,6 +38,7 @@ constexpr double kAlike = 1e-9;         // of the size: how much the moves of tw
 constexpr double kAlikeAtCorner = 0.1;  // of its tolerance: edges of real files end a little beside their corners
 constexpr double kStraight = 1e-9;      // of the domain: curves in the parameter plane this straight are isoparametric
 constexpr double kApproximate = 1e-10;  // of the size: error of a curve that is not
+constexpr double kBetweenSamples = 1.05;  // what gaps between the measured places may be more
 constexpr int kMostSegments = 2000, kHighestDegree = 9;
 
 BRep_TEdge& dataOf(const TopoDS_Edge& edge) { return static_cast<BRep_TEdge&>(*edge.TShape()); }
@@ -307,13 +310,80 @@ std::optional<gp_Vec> FollowingEdges::cornerMove(const Corner& corner, const std
   return sum / count;
 }
 
-void FollowingEdges::follow(const ChangedSurfaces& changed) {
+void FollowingEdges::noteUsed() {
   used_.clear();
   for (const TopoDS_Shape& face : partsOf(shape_, TopAbs_FACE)) {
     TopLoc_Location ignored;
     const Handle(Geom_Surface) surface = BRep_Tool::Surface(TopoDS::Face(face), ignored);
     if (!surface.IsNull()) used_.insert(surface.get());
   }
+}
+
+// How far the ends of its edges lie from a corner, in space and on their faces.
+double FollowingEdges::reachOf(const Corner& corner, const ChangedSurfaces& changed) const {
+  double reach = 0;
+  for (const auto& [e, end] : corner.ends) {
+    const gp_Trsf home = edges_[e].place[end].Transformation().Inverted();
+    const auto hold = [&](const gp_Pnt& point) {
+      reach = std::max(reach, corner.point.Distance(point.Transformed(home)));
+    };
+    for (const Image& image : imagesOf(edges_[e], changed)) hold(image.point(static_cast<double>(end)));
+    const BRep_GCurve* curve = spaceCurve(edges_[e].edge);
+    if (curve == nullptr) continue;
+    hold(curve->Curve3D()
+             ->Value(end == 0 ? curve->First() : curve->Last())
+             .Transformed(curve->Location().Transformation()));
+  }
+  return reach;
+}
+
+void FollowingEdges::settle(const ChangedSurfaces& changed) {
+  noteUsed();
+  const Audit before = auditShape(shape_, 1);
+  std::vector<Handle(Geom_Curve)> had(edges_.size());
+  for (std::size_t e = 0; e < edges_.size(); ++e) {
+    BRep_GCurve* curve = spaceCurve(edges_[e].edge);
+    if (curve == nullptr || edges_[e].besideBare || before.edges[e].gap <= edges_[e].tolerance) continue;
+    const std::vector<Image> images = imagesOf(edges_[e], changed);
+    if (std::all_of(images.begin(), images.end(), [](const Image& i) { return i.original.IsNull(); })) continue;
+    try {
+      const Handle(Geom_Curve) next = curveOf(edges_[e], images);
+      had[e] = curve->Curve3D();
+      curve->Curve3D(next);
+    } catch (const InvalidInput&) {
+      continue;
+    } catch (const Standard_Failure&) {
+      continue;
+    }
+  }
+  const Audit now = auditShape(shape_, 1);
+  std::vector<double> edgeTolerances, cornerTolerances;
+  for (const Edge& edge : edges_) edgeTolerances.push_back(dataOf(edge.edge).Tolerance());
+  for (const Corner& corner : corners_) cornerTolerances.push_back(dataOf(corner.vertex).Tolerance());
+  for (std::size_t e = 0; e < edges_.size(); ++e) {
+    if (had[e].IsNull()) continue;
+    if (now.edges[e].gap < before.edges[e].gap) {
+      dataOf(edges_[e].edge).Tolerance(std::max(edges_[e].tolerance, kBetweenSamples * now.edges[e].gap));
+    } else {
+      spaceCurve(edges_[e].edge)->Curve3D(had[e]);
+      had[e].Nullify();
+    }
+  }
+  for (const Corner& corner : corners_) {
+    double tolerance = std::max(corner.tolerance, kBetweenSamples * reachOf(corner, changed));
+    for (const auto& [e, end] : corner.ends) tolerance = std::max(tolerance, dataOf(edges_[e].edge).Tolerance());
+    dataOf(corner.vertex).Tolerance(tolerance);
+  }
+  if (!before.valid || auditShape(shape_, 1).valid) return;
+  for (std::size_t e = 0; e < edges_.size(); ++e) {
+    if (!had[e].IsNull()) spaceCurve(edges_[e].edge)->Curve3D(had[e]);
+    dataOf(edges_[e].edge).Tolerance(edgeTolerances[e]);
+  }
+  for (std::size_t c = 0; c < corners_.size(); ++c) dataOf(corners_[c].vertex).Tolerance(cornerTolerances[c]);
+}
+
+void FollowingEdges::follow(const ChangedSurfaces& changed) {
+  noteUsed();
   std::vector<Move> moves;
   moves.reserve(edges_.size());
   for (const Edge& edge : edges_) moves.push_back(moveOf(edge, changed));

@@ -39,6 +39,11 @@ class FollowingEdges {
   // tenth of the corner's tolerance.
   void follow(const ChangedSurfaces& changed);
 
+  // After surfaces have got another form of nearly the same shape, and the tolerances of edges that lie too far from
+  // them have been raised: such an edge gets the curve that its faces have there, if it fits them better, and the
+  // tolerances become what is measured. Corners stay in their places. Does nothing where the checker would mind.
+  void settle(const ChangedSurfaces& changed);
+
  private:
   struct Edge {
     std::string name;
@@ -63,6 +68,8 @@ class FollowingEdges {
   Move moveOf(const Edge& edge, const ChangedSurfaces& changed) const;
   Handle(Geom_Curve) curveOf(const Edge& edge, const std::vector<Image>& images) const;
   std::optional<gp_Vec> cornerMove(const Corner& corner, const std::vector<Move>& moves) const;
+  void noteUsed();
+  double reachOf(const Corner& corner, const ChangedSurfaces& changed) const;
   void requireAlike(const std::string& what, double apart, double tolerance = 0) const;
 
   double size_ = 0;

@@ -95,10 +95,11 @@ class Model {
   virtual void replaceTogether(const std::vector<std::pair<Index, AnySpline>>& splines) = 0;
 
   // Puts splines of another form (degree, knots, weights) in the places of objects', with the same domains and nearly
-  // the same shapes. Edges stay where they are; the tolerances of those that then lie farther from a face than these
-  // say are raised to the distance. Objects in sharedWith change too. Returns for each why it was refused (a clause:
-  // the kernel's checker accepts the face no longer), empty where it was not. From then on this is the spline as it was
-  // read. Throws InvalidInput, and changes nothing, for an object left alone, and another domain or dimension.
+  // the same shapes. Corners stay where they are, and so do edges; those that then lie farther from a face than their
+  // tolerances say get the curve of their faces if that fits better, and the tolerance that is measured. Objects in
+  // sharedWith change too. Returns for each why it was refused (a clause: the kernel's checker accepts the face no
+  // longer), empty where it was not. From then on this is the spline as it was read. Throws InvalidInput, and changes
+  // nothing, for an object left alone, and another domain or dimension.
   virtual std::vector<std::string> replaceForms(const std::vector<std::pair<Index, AnySpline>>& splines) = 0;
 
   // All edges between a spline face and another face, in a fixed order, of the model as it is now. Faces with edges of

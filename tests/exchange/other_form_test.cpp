@@ -1,8 +1,20 @@
-// Splines of another form under the faces and edges of files: the edges stay, and the checker agrees.
+// Splines of another form under the faces and edges of files: edges fit, and the checker agrees.
+#ifdef STRAK_HAS_CAD
+#include <BRepBuilderAPI_MakeFace.hxx>
+#include <BRepBuilderAPI_Sewing.hxx>
+#include <BRepTools.hxx>
+#include <Geom_BSplineSurface.hxx>
+#include <TopoDS_Face.hxx>
+
+#include "strak/exchange/cad_geometry_occ.h"
+#endif
+
 #include <cmath>
 
 #include "strak/exchange/cad.h"
 #include "strak/fairing/conversion.h"
+#include "strak/spline/degree_elevation.h"
+#include "tests/exchange/patches.h"
 #include "tests/exchange/samples.h"
 
 namespace strak {
@@ -63,6 +75,44 @@ TEST(OtherForm, PlainSplinesTakeAnyFormOnTheirDomain) {
 }
 
 #ifdef STRAK_HAS_CAD
+
+// A common side that stays common takes its edge along, exactly; so does a free side.
+TEST(OtherForm, EdgesOfCommonSidesFollow) {
+  enableCad();
+  std::vector<Surface> patches;
+  for (Surface patch : fourPatches()) {
+    patch = elevateDegree(elevateDegree(patch, 0, 1), 1, 1);
+    Net net = patch.net();
+    for (Index r = 0; r < net.rows(); ++r) net(r, 2) += 2 * std::sin(0.1 * net(r, 0)) * std::sin(0.08 * net(r, 1) + 1);
+    patches.emplace_back(patch.knots(), std::move(net));
+  }
+  BRepBuilderAPI_Sewing sewing(1e-6);
+  for (const Surface& patch : patches) sewing.Add(BRepBuilderAPI_MakeFace(cad::fromSpline(patch, 1), 1e-7).Face());
+  sewing.Perform();
+  const Folder folder;
+  BRepTools::Write(sewing.SewedShape(), (folder / "in.brep").c_str());
+  const auto model = readModel(folder / "in.brep");
+  const Audit before = model->audit();
+  ASSERT_TRUE(before.valid);
+  const auto lineOf = [&] { return evaluate<2>(std::get<Surface>(*model->objects()[0].spline), {0.4, 1.0}); };
+  const Point had = lineOf();
+  EXPECT_EQ(makeCubic(*model, std::numeric_limits<double>::infinity()), 4);
+  EXPECT_GT((lineOf() - had).norm(), 1e-3);
+  const auto check = [&](const Audit& after) {
+    EXPECT_TRUE(after.valid);
+    ASSERT_EQ(after.edges.size(), before.edges.size());
+    for (const EdgeFit& edge : after.edges) {
+      EXPECT_LT(edge.gap, 1e-9) << edge.name;
+      EXPECT_LT(edge.faceGap, 1e-9) << edge.name;
+      EXPECT_LT(edge.tolerance, 2e-6) << edge.name;
+    }
+  };
+  check(model->audit());
+  for (const char* name : {"out.step", "out.brep"}) {
+    model->write(folder / name);
+    check(readModel(folder / name)->audit());
+  }
+}
 
 struct RealFile {
   const char* name;
