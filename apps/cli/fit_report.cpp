@@ -70,6 +70,7 @@ Json jsonOf(const FitReport& report) {
   if (!report.loss.is_null()) json["loss"] = report.loss;
   if (!report.drawing.is_null()) json["drawing"] = report.drawing;
   if (!report.correction.is_null()) json["correction"] = report.correction;
+  if (!report.conditions.is_null()) json["conditions"] = report.conditions;
   if (!report.following.is_null()) json["following"] = report.following;
   if (!report.normals.is_null()) json["normals"] = report.normals;
   if (!report.trimming.is_null()) json["trimming"] = report.trimming;
@@ -105,6 +106,11 @@ void print(const FitReport& report, const std::string& output, double seconds) {
   if (!report.correction.is_null()) {
     fmt::print("parameters  corrected in {} rounds, rms {} before\n", report.correction["rounds"].dump(),
                number(report.correction["rms"][0].get<double>()));
+  }
+  if (!report.conditions.is_null()) {
+    fmt::print("conditions  {}, up to {} away before, now {}\n", report.conditions["count"].dump(),
+               number(report.conditions["largest_before"].get<double>()),
+               number(report.conditions["largest"].get<double>()));
   }
   if (!report.following.is_null()) fmt::print("{}", describeFollowing(report.following));
   if (!report.normals.is_null()) fmt::print("{}", describeNormals(report.normals));

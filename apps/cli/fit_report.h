@@ -24,7 +24,7 @@ struct FitReport {
   Index inserted = 0, removed = 0;
   Json outside = Json::array();
   bool streamed = false;
-  Json loss, correction, drawing, following, normals, trimming;  // null where there is none
+  Json loss, correction, drawing, conditions, following, normals, trimming;  // null where there is none
 };
 
 template <int D>

@@ -16,6 +16,7 @@
 #include "strak/exchange/file_kind.h"
 #include "strak/fitting/curve_drawing.h"
 #include "strak/fitting/parameter_correction.h"
+#include "strak/fitting/through_points.h"
 #include "strak/metrology/closest_points.h"
 
 namespace strak::cli {
@@ -34,26 +35,31 @@ Smoothing smoothingOf(const FitArguments& arguments) {
   return Smoothing::fixed(positiveNumber("--smoothing", arguments.smoothing, true));
 }
 
+const char* kindName(FitKind kind) {
+  return kind == FitKind::function ? "function" : kind == FitKind::surface ? "surface" : "curve";
+}
+
+// Those with parameters go into the options; the places of those without are returned.
 template <int D>
-void addConditions(const FitArguments& arguments, const FitColumns& columns, FitOptions<D>& options) {
-  if (arguments.conditions.empty()) return;
-  if (columns.parameters.empty()) {
-    throw InvalidInput("--conditions needs parameters: a function, or points with columns t, or u and v");
-  }
+Net takeConditions(const FitArguments& arguments, const FitColumns& columns, FitOptions<D>& options) {
+  if (arguments.conditions.empty()) return {};
   const PointFile file = pointFile(arguments.conditions, arguments.columns);
-  const FitColumns own = fitColumns(file, arguments.kind);
-  if (own.parameters.size() != columns.parameters.size() || own.values.size() != columns.values.size()) {
+  const FitColumns own = fitColumns(file, kindName(columns.kind));
+  const bool placed = own.parameters.empty();
+  if (own.values.size() != columns.values.size() || own.directions != columns.directions ||
+      (!placed && columns.parameters.empty())) {
     throw InvalidInput(fmt::format("'{}' must have the same columns as '{}'", arguments.conditions, arguments.input));
   }
   const Net rows = readPoints(file);
-  options.conditionParameters.resize(rows.rows(), D);
-  options.conditionValues.resize(rows.rows(), static_cast<Index>(own.values.size()));
-  for (Index k = 0; k < D; ++k) {
-    options.conditionParameters.col(k) = rows.col(own.parameters[static_cast<std::size_t>(k)]);
-  }
-  for (Index k = 0; k < options.conditionValues.cols(); ++k) {
-    options.conditionValues.col(k) = rows.col(own.values[static_cast<std::size_t>(k)]);
-  }
+  const auto chosen = [&](const std::vector<Index>& numbers) {
+    Net result(rows.rows(), static_cast<Index>(numbers.size()));
+    for (std::size_t k = 0; k < numbers.size(); ++k) result.col(static_cast<Index>(k)) = rows.col(numbers[k]);
+    return result;
+  };
+  if (placed) return chosen(own.values);
+  options.conditionParameters = chosen(own.parameters);
+  options.conditionValues = chosen(own.values);
+  return {};
 }
 
 // How many rounds of parameter correction: only points that come without parameters are corrected unasked.
@@ -69,7 +75,7 @@ int correctionRounds(const FitArguments& arguments, const FitColumns& columns) {
 
 // The options of every fit of this run.
 template <int D>
-AdaptiveFitOptions<D> optionsOf(const FitArguments& arguments, const FitColumns& columns) {
+AdaptiveFitOptions<D> optionsOf(const FitArguments& arguments) {
   AdaptiveFitOptions<D> options;
   // What follows the data starts with a plate.
   const bool follows = innerBendingNamed(arguments.energy).has_value();
@@ -80,7 +86,6 @@ AdaptiveFitOptions<D> optionsOf(const FitArguments& arguments, const FitColumns&
   options.mostPoints = wholeNumber("--most-points", arguments.mostPoints, 1);
   options.share = positiveNumber("--share", arguments.share) / 100;
   if (!arguments.tolerance.empty()) options.fit.tolerance = positiveNumber("--tolerance", arguments.tolerance);
-  addConditions<D>(arguments, columns, options.fit);
   return options;
 }
 
@@ -93,7 +98,9 @@ struct FitTask {
   bool refining = false;
   FitInput<D> input{};
   std::array<KnotVector, D> start{};
+  Net through{};  // conditions whose parameters are not known yet
   std::optional<DrawnCloud> drawn{};
+  std::optional<FitOptions<D>> kept{};  // how the drawn sheet was made again, where any other one folds
   Fit<D> fit{};
   FitReport report{};
 
@@ -189,29 +196,59 @@ void fitCorrected(FitTask<D>& task) {
 // The fit after the drawing, unless it folds where the drawn sheet does not: then that one.
 void keepSheet(FitTask<2>& task) {
   const DrawnSheet& sheet = task.drawn->sheet;
-  Fit<2>& fit = task.fit;
-  SheetCheck check = checkSheet(fit.spline, task.points());
-  std::string folded;
-  if (check.folded > sheet.check.folded) {
-    folded = fmt::format("with less smoothing than {:.3g} the surface folds: the sheet drawn until then is kept",
-                         sheet.fit.summary.lambda);
-    FitOptions<2> options = task.options.fit;
-    options.energy = energyNamed<2>(sheet.fit.summary.energyName);
-    options.smoothing = Smoothing::fixed(sheet.fit.summary.lambda);
-    options.held = sheet.held;
-    options.heldNet = sheet.fit.spline.net();
-    task.input.parameters = sheet.parameters;
-    fit = fitLeastSquares<2>(sheet.fit.spline.knots(), {sheet.parameters, task.input.values, sheet.weights}, options);
-    check = sheet.check;
-    FitReport& report = task.report;
-    report.loss = report.correction = Json();
-    report.outside = Json::array();
-    report.rounds = 0;
-    report.inserted = report.removed = 0;
-    report.reached = report.adaptive && fit.summary.insideShare() >= report.share;
-  }
-  for (auto& warning : sheetWarnings(check, fit.spline)) fit.summary.warnings.push_back(std::move(warning));
-  if (!folded.empty()) fit.summary.warnings.push_back(std::move(folded));
+  if (checkSheet(task.fit.spline, task.points()).folded <= sheet.check.folded) return;
+  FitOptions<2>& options = task.kept.emplace(task.options.fit);
+  options.energy = energyNamed<2>(sheet.fit.summary.energyName);
+  options.smoothing = Smoothing::fixed(sheet.fit.summary.lambda);
+  options.held = sheet.held;
+  options.heldNet = sheet.fit.spline.net();
+  task.input.parameters = sheet.parameters;
+  task.fit =
+      fitLeastSquares<2>(sheet.fit.spline.knots(), {sheet.parameters, task.input.values, sheet.weights}, options);
+  FitReport& report = task.report;
+  report.loss = report.correction = Json();
+  report.outside = Json::array();
+  report.rounds = 0;
+  report.inserted = report.removed = 0;
+  report.reached = report.adaptive && task.fit.summary.insideShare() >= report.share;
+}
+
+void warnOfSheet(FitTask<2>& task) {
+  std::vector<std::string>& warnings = task.fit.summary.warnings;
+  const SheetCheck check =
+      task.kept && task.through.rows() == 0 ? task.drawn->sheet.check : checkSheet(task.fit.spline, task.points());
+  for (auto& warning : sheetWarnings(check, task.fit.spline)) warnings.push_back(std::move(warning));
+  if (!task.kept) return;
+  warnings.push_back(
+      fmt::format("with less smoothing than {:.3g} the surface folds: the sheet drawn until then is kept",
+                  task.drawn->sheet.fit.summary.lambda));
+}
+
+// The fit again, through points whose parameters are those of their closest points on it.
+template <int D>
+void passThrough(FitTask<D>& task) {
+  const ConditionalFitMaker<D> make = [&](const Net& parameters, const Fit<D>& previous) {
+    task.options.fit.conditionParameters = parameters;
+    task.options.fit.conditionValues = task.through;
+    if (task.kept) {
+      task.kept->conditionParameters = parameters;
+      task.kept->conditionValues = task.through;
+      return fitLeastSquares<D>(previous.spline.knots(),
+                                {task.input.parameters, task.input.values, task.drawn->sheet.weights}, *task.kept);
+    }
+    if (task.input.streamed) return fitPass<D>(task, task.input.pass, task.start);
+    if (task.rounds == 0) return fitOnce<D>(task, task.points(), task.start);
+    const Json correction = task.report.correction;
+    fitCorrected(task);
+    task.report.correction = correction;
+    return task.fit;
+  };
+  const ThroughFit<D> result = fitThrough<D>(task.fit, task.through, make);
+  task.fit = result.fit;
+  task.report.conditions = {{"count", task.through.rows()},
+                            {"largest_before", result.distances.maxCoeff()},
+                            {"largest", result.largest},
+                            {"rounds", result.rounds}};
 }
 
 // Rounds with the energy in the geometry of the fit before.
@@ -232,7 +269,6 @@ void followData(FitTask<2>& task, InnerBending bending) {
 // What is only for surfaces.
 void finishSurface(FitTask<2>& task, bool function) {
   const FitArguments& arguments = task.arguments;
-  if (task.drawn) keepSheet(task);
   const auto bending = innerBendingNamed(arguments.energy);
   if (bending) followData(task, *bending);
   if (arguments.normals.wanted()) {
@@ -261,7 +297,7 @@ void write(FitTask<D>& task, const FitColumns& columns) {
     report.size.push_back(spline.size(k));
   }
   const bool function = columns.kind == FitKind::function;
-  report.kind = function ? "function" : D == 1 ? "curve" : "surface";
+  report.kind = kindName(columns.kind);
   const auto inSpace = function ? graphOf<D>(spline) : spline;
   const FitArguments& arguments = task.arguments;
   const std::string name = std::filesystem::path(arguments.input).stem().string();
@@ -279,7 +315,8 @@ void write(FitTask<D>& task, const FitColumns& columns) {
 
 template <int D>
 FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, const FitColumns& columns) {
-  FitTask<D> task{arguments, optionsOf<D>(arguments, columns), correctionRounds(arguments, columns)};
+  FitTask<D> task{arguments, optionsOf<D>(arguments), correctionRounds(arguments, columns)};
+  task.through = takeConditions<D>(arguments, columns, task.options.fit);
   task.refining = task.report.adaptive = !arguments.tolerance.empty();
   task.report.tolerance = task.options.fit.tolerance;
   task.report.share = task.options.share;
@@ -315,7 +352,14 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   } else {
     fitCorrected(task);
   }
-  if constexpr (D == 2) finishSurface(task, columns.kind == FitKind::function);
+  if constexpr (D == 2) {
+    if (task.drawn) keepSheet(task);
+  }
+  if (task.through.rows() > 0) passThrough(task);
+  if constexpr (D == 2) {
+    if (task.drawn) warnOfSheet(task);
+    finishSurface(task, columns.kind == FitKind::function);
+  }
   write(task, columns);
   return std::move(task.report);
 }

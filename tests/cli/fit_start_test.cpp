@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "strak/metrology/closest_point.h"
 #include "strak/spline/evaluate.h"
 #include "tests/cli/program.h"
 
@@ -143,6 +144,56 @@ TEST_F(FitStart, ConditionsHoldForEveryKindAndStreamed) {
   const Curve curve = std::get<Curve>(*readModel(file("c.g2"))->objects()[0].spline);
   EXPECT_NEAR(evaluate<1>(curve, {0.5})[0], 2.5, 1e-12);
   EXPECT_NEAR(evaluate<1>(curve, {0.5})[1], 0.7, 1e-12);
+}
+
+// Conditions without parameters: the fit passes through them wherever they lie on it.
+TEST_F(FitStart, ConditionsWithoutParametersHoldToo) {
+  std::string cloud, curve;
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int i = 0; i < 900; ++i) {
+    const double a = 1.2 * unit(random), y = unit(random);
+    cloud += fmt::format("{} {} {}\n", std::sin(a), y, std::cos(a) + 0.003 * unit(random));
+    curve += fmt::format("{} {}\n", std::cos(0.005 * i), std::sin(0.005 * i) + 0.003 * unit(random));
+  }
+  write("cloud.xyz", cloud);
+  write("curve.txt", curve);
+  write("on.xyz", fmt::format("{} 0.3 {}\n{} -0.8 {}\n", std::sin(0.4), std::cos(0.4) + 0.01, std::sin(-1.0),
+                              std::cos(-1.0) - 0.005));
+  write("on.txt", fmt::format("{} {}\n1 0\n", 1.01 * std::cos(2), 1.01 * std::sin(2)));
+  const auto check = [&](const nlohmann::json& result, Index count) {
+    const auto& conditions = result.at("objects").at(0).at("conditions");
+    EXPECT_EQ(conditions.at("count"), count);
+    EXPECT_GT(conditions.at("largest_before").get<double>(), 1e-4);
+    EXPECT_LT(conditions.at("largest").get<double>(), 1e-9);
+  };
+  for (const auto& more : {std::vector<std::string>{},
+                           {"--loss", "tukey"},
+                           {"--tolerance", "0.01"},
+                           {"--energy", "data-dependent-plate"}}) {
+    std::vector<std::string> all{"fit", path("cloud.xyz"), "-o", path("s.g2"), "--kind", "surface", "--size", "9"};
+    if (!more.empty() && more[0] == "--tolerance") all.resize(6);
+    all.insert(all.end(), {"--conditions", path("on.xyz")});
+    all.insert(all.end(), more.begin(), more.end());
+    check(json(all), 2);
+    const Surface surface = readSurface(file("s.g2"));
+    for (const auto& [a, y, lift] : {std::tuple{0.4, 0.3, 0.01}, {-1.0, -0.8, -0.005}}) {
+      const Point at = Eigen::RowVector3d(std::sin(a), y, std::cos(a) + lift);
+      EXPECT_LT(closestPoint<2>(surface, at).distance, 1e-9);
+    }
+  }
+  check(json({"fit", path("curve.txt"), "-o", path("c.g2"), "--conditions", path("on.txt"), "--size", "12"}), 2);
+  // Points that have parameters may have conditions without.
+  write("in.txt", points(true));
+  write("through.txt", "0.31 1.4 1.19\n");
+  check(json({"fit", path("in.txt"), "-o", path("s.g2"), "--conditions", path("through.txt"), "--memory", "0"}), 1);
+  write("far.xyz", "0 0 0\n");
+  EXPECT_NE(
+      refusal({"fit", path("cloud.xyz"), "-o", path("s.g2"), "--kind", "surface", "--conditions", path("far.xyz")})
+          .find("another shape"),
+      std::string::npos);
+  write("t.txt", "t x y\n0.5 1 0\n");
+  refusal({"fit", path("curve.txt"), "-o", path("c.g2"), "--conditions", path("t.txt")});
 }
 
 // A gzip file of stored blocks, by the format's description (RFC 1952).
