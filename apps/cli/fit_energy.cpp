@@ -15,8 +15,11 @@ Json followEnergy(InnerBending bending, FitOptions<2>& options, const EnergyFitM
   DataDependentFit followed = followDataDependentEnergy(fit, start, make, iteration);
   if (!followed.settled && !followed.fit.summary.stopped) {
     followed.fit.summary.warnings.push_back(
-        fmt::format("the energy's geometry has not settled in {} rounds: the last moved the surface by {:.3g}",
-                    followed.rounds, followed.changes.back()));
+        fmt::format("the energy's geometry has not settled in {} rounds: the last moved the surface by {:.3g}{}",
+                    followed.rounds, followed.changes.back(),
+                    bending == InnerBending::beltrami
+                        ? "; waves cost it nothing where points leave holes, but cost --energy data-dependent-plate"
+                        : ""));
   }
   fit = std::move(followed.fit);
   options = std::move(followed.options);

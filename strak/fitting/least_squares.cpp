@@ -231,7 +231,7 @@ Fit<D> fitLeastSquares(const std::array<KnotVector, D>& knots, Index columns, co
 
   SmoothingProblem problem;
   problem.data = std::move(sums.matrix);
-  problem.points = static_cast<double>(equations.count());
+  problem.points = static_cast<double>(equations.measured());
   problem.right = sums.right / sums.weight;
   const Index rows = problem.data.size();
   problem.reference = Net::Zero(rows, columns);
@@ -309,8 +309,9 @@ Fit<D> fitLeastSquares(const std::array<KnotVector, D>& knots, Index columns, co
                     options.smoothing.value, std::sqrt(smoothed.meanSquare / static_cast<double>(columns))));
   }
   if (static_cast<double>(rows) > problem.points) {
-    summary.warnings.push_back(fmt::format(
-        "{} control points are more than the {} points determine: the energy decides the rest", rows, summary.points));
+    summary.warnings.push_back(
+        fmt::format("{} control points are more than the {:.0f} points determine: the energy decides the rest", rows,
+                    problem.points));
   }
   if (summary.outsideDomain > 0) {
     summary.warnings.push_back(fmt::format("{} points outside the domain were left out", summary.outsideDomain));

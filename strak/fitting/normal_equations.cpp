@@ -66,6 +66,12 @@ NormalEquations<D>::NormalEquations(const std::array<KnotVector, D>& knots, Inde
     : sweep_({knots.begin(), knots.end()}, columns), sizes_(netSizes<D>(knots)), reach_(netReach<D>(knots)) {
   cells_.assign(static_cast<std::size_t>(sweep_.strips() * sweep_.cellsPerStrip() * sweep_.layout().length), 0.0);
   squares_.assign(static_cast<std::size_t>(sweep_.strips()), 0.0);
+  measured_.assign(static_cast<std::size_t>(sweep_.strips()), 0);
+}
+
+template <int D>
+Index NormalEquations<D>::measured() const {
+  return std::accumulate(measured_.begin(), measured_.end(), Index{0});
 }
 
 template <int D>
@@ -75,11 +81,13 @@ void NormalEquations<D>::add(const FitPoints<D>& points) {
     double* cells = cells_.data() + strip.strip * sweep_.cellsPerStrip() * layout.length;
     fitkernels::chosen().addMoments(strip.points, layout, true, cells);
     double& squares = squares_[static_cast<std::size_t>(strip.strip)];
+    Index& measured = measured_[static_cast<std::size_t>(strip.strip)];
     for (Index r = 0; r < strip.points.count; ++r) {
       const double* record = strip.points.records + r * strip.points.length;
       double square = 0;
       for (int c = 0; c < layout.columns; ++c) square += record[3 + c] * record[3 + c];
       squares += record[2] * square;
+      if (record[2] > 0) ++measured;
     }
   });
   outside_ += outside;

@@ -30,6 +30,7 @@ class NormalEquations {
   void add(const FitPoints<D>& points);
 
   Index count() const { return count_; }      // of the points inside the domain
+  Index measured() const;                     // those of them whose weight is not zero
   Index outside() const { return outside_; }  // ... and outside
 
   // sum w, sum w |z|^2, and with B(u) the basis functions at the points: sum w B B^T, sum w B z^T (a row a control
@@ -47,6 +48,7 @@ class NormalEquations {
   std::array<Index, 2> sizes_;
   std::array<int, 2> reach_;
   std::vector<double> cells_, squares_;  // squares by strips
+  std::vector<Index> measured_;          // by strips
   Index count_ = 0, outside_ = 0;
 };
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "strak/spline/evaluate.h"
 #include "tests/cli/program.h"
 
 namespace strak::test {
@@ -59,6 +60,23 @@ TEST_F(DataDependent, RefusesWhatBelongsToOtherEnergies) {
   EXPECT_EQ(files(), std::vector<std::string>{"in.g2"});
 }
 
+TEST_F(DataDependent, RationalSurfacesKeepTheirWeights) {
+  const Surface plain = wavySurface(3, 16, 14);
+  Net net(plain.net().rows(), 4);
+  for (Index r = 0; r < net.rows(); ++r) {
+    const double weight = 1 + 0.3 * std::sin(0.1 * static_cast<double>(r));
+    net.row(r) << weight * plain.net().row(r), weight;
+  }
+  write("in.g2", g2(Surface(plain.knots(), net, true)));
+  const auto object = json(
+      {"fair", path("in.g2"), "-o", path("out.g2"), "--tolerance", "0.01", "--energy", "data-dependent"})["objects"][0];
+  EXPECT_LT(object.at("plate").at("after").get<double>(), object.at("plate").at("before").get<double>());
+  EXPECT_LE(object.at("deviation").at("certified").get<double>(), 0.01 * (1 + 1e-9));
+  const Surface after = readSurface(file("out.g2"));
+  ASSERT_TRUE(after.isRational());
+  EXPECT_LT((after.net().col(3) - net.col(3)).cwiseAbs().maxCoeff(), 1e-15);
+}
+
 #ifdef STRAK_WITH_CAD
 
 TEST_F(DataDependent, FacesOfCadFilesAreFairedOneByOne) {
@@ -104,6 +122,29 @@ TEST_F(DataDependent, IsAnEnergyOfFits) {
       EXPECT_GT(object["smoothing"]["lambda"].get<double>(), 0);
       EXPECT_LT(object["rms"].get<double>(), 0.016);
     }
+  }
+  // A hole, and points of weight zero in it, which are none.
+  std::string holed = "x y z weight\n", empty = holed;
+  for (int i = 0; i <= 30; ++i) {
+    for (int j = 0; j <= 30; ++j) {
+      const double x = i / 10.0, y = j / 10.0;
+      const bool hole = std::hypot(x - 1.4, y - 1.6) < 0.5;
+      const std::string at = fmt::format("{} {} ", x, y);
+      const std::string z = fmt::format("{}", std::sin(x) * std::cos(y) + 0.01 * ((i * 7 + j * 13) % 5 - 2));
+      holed += at + (hole ? "7 0\n" : z + " 1\n");
+      if (!hole) empty += at + z + " 1\n";
+    }
+  }
+  write("holed.txt", holed);
+  write("empty.txt", empty);
+  for (const char* energy : {"data-dependent", "data-dependent-plate"}) {
+    const auto fitted = [&](const char* name) {
+      json({"fit", path(name), "-o", path("out.g2"), "--size", "12", "--energy", energy, "--kind", "function"});
+      return readSurface(file("out.g2"));
+    };
+    const Surface with = fitted("holed.txt"), without = fitted("empty.txt");
+    EXPECT_LT((with.net() - without.net()).cwiseAbs().maxCoeff(), 1e-6) << energy;
+    EXPECT_NEAR(evaluate<2>(without, {1.4, 1.6})[2], std::sin(1.4) * std::cos(1.6), 0.02) << energy;
   }
   const auto within = json({"fit", path("points.xyz"), "-o", path("out.g2"), "--tolerance", "0.05", "--energy",
                             "data-dependent"})["objects"][0];

@@ -199,6 +199,21 @@ TEST(LeastSquares, WeightedPointsCountAsOftenAsTheirWeight) {
   EXPECT_LT((fit.spline.net() - same.spline.net()).cwiseAbs().maxCoeff(), 1e-10);
 }
 
+TEST(LeastSquares, PointsOfWeightZeroAreNone) {
+  const Net points = test::frankePoints(1500);
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(1500);
+  weights.tail(900).setZero();
+  for (const Smoothing& smoothing : {Smoothing::automatic(), Smoothing::likeliest(), Smoothing::noise(0.01)}) {
+    FitOptions<2> options;
+    options.smoothing = smoothing;
+    const auto fit = fitLeastSquares<2>(bicubic(12), {points.leftCols(2), points.rightCols(1), weights}, options);
+    const Net few = points.topRows(600);
+    const auto same = fitLeastSquares<2>(bicubic(12), {few.leftCols(2), few.rightCols(1)}, options);
+    EXPECT_NEAR(fit.summary.lambda / same.summary.lambda, 1, 1e-6);
+    EXPECT_LT((fit.spline.net() - same.spline.net()).cwiseAbs().maxCoeff(), 1e-8);
+  }
+}
+
 TEST(LeastSquares, TheChosenWeightIsNearTheBestOnFranke) {
   const Net points = test::frankePoints(100000);
   EXPECT_EQ(points(0, 0), 0.75515553295453897);
