@@ -3,12 +3,35 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace strak {
 
 namespace {
 
 constexpr double kSmallest = 3, kLargest = 7;  // pixels a square
+constexpr int kPasses = 2;                     // gaps two squares wide are closed crosswise
+
+// An empty square between two opposite neighbours with values gets their mean: points at wider steps than the squares
+// would else make a pattern of their own.
+void closeGaps(std::vector<double>& values, int columns, int rows) {
+  const std::vector<double> had = values;
+  const auto at = [&](int column, int row) -> double {
+    if (column < 0 || column >= columns || row < 0 || row >= rows) return std::numeric_limits<double>::quiet_NaN();
+    return had[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column)];
+  };
+  constexpr int kSteps[4][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      double& value =
+          values[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column)];
+      for (const auto& step : kSteps) {
+        if (!std::isnan(value)) break;
+        value = std::midpoint(at(column - step[0], row - step[1]), at(column + step[0], row + step[1]));
+      }
+    }
+  }
+}
 
 }  // namespace
 
@@ -29,6 +52,7 @@ std::vector<ValueRun> valueRuns(const Picture& picture, const RenderOptions& opt
         values[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column)];
     if (!(std::abs(value) >= std::abs(options.values[r]))) value = options.values[r];
   }
+  for (int pass = 0; pass < kPasses; ++pass) closeGaps(values, columns, rows);
   const int colours = lineCount(options, picture.scene);
   const auto colourOf = [&](double value) {
     if (std::isnan(value)) return -1;

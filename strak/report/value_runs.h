@@ -15,7 +15,8 @@ struct ValueRun {
 };
 
 // The picture in squares of 3 to 7 pixels, the smaller the more points there are; of those with visible points the
-// value that is farthest from zero. Squares of a row that have the same colour are one run.
+// value that is farthest from zero; one without points between two with some has their mean. Squares of a row that have
+// the same colour are one run.
 std::vector<ValueRun> valueRuns(const Picture& picture, const RenderOptions& options, std::pair<double, double> range);
 
 }  // namespace strak

@@ -206,6 +206,23 @@ TEST(Drawing, MeasuredPointsHaveTheColoursOfTheirValues) {
   EXPECT_EQ(std::count(drawn.begin(), drawn.end(), 'z'), 2);
   EXPECT_EQ(std::count(drawn.begin(), drawn.end(), 'M'), 2);
   EXPECT_EQ(rangeOf(objects, options), (std::pair{-1.0, 1.0}));
+  // Points of one value at steps a little wider than the squares: no pattern, but rows of one run.
+  constexpr Index kAcross = 50;
+  RenderOptions even = options;
+  even.points.resize(kAcross * kAcross, 3);
+  even.values = Eigen::VectorXd::Constant(kAcross * kAcross, 0.5);
+  for (Index i = 0; i < kAcross; ++i) {
+    for (Index j = 0; j < kAcross; ++j) {
+      even.points.row(kAcross * i + j) = evaluate<2>(
+          *sheet, {0.1 + 0.8 * static_cast<double>(i) / kAcross, 0.1 + 0.8 * static_cast<double>(j) / kAcross});
+    }
+  }
+  even.width = even.height = 600;
+  const std::string whole = renderSvg(objects, even);
+  const std::size_t from = whole.find("class=\"points\"");
+  ASSERT_NE(from, std::string::npos);
+  const std::string squares = whole.substr(from, whole.find("</g>", from) - from);
+  EXPECT_LT(std::count(squares.begin(), squares.end(), 'M'), 3 * kAcross);
   EXPECT_THROW(renderHtml(objects, "t", options), InvalidInput);
   options.values.conservativeResize(2);
   EXPECT_THROW(renderSvg(objects, options), InvalidInput);
