@@ -180,6 +180,8 @@ void convert(const ConvertArguments& arguments) {
   if (form && converted.measuredJoins > 0) {
     json["joins"] = {{"gap_before", converted.joinGap.before},
                      {"gap", converted.joinGap.after},
+                     {"angle_before", converted.joinAngle.before},
+                     {"angle", converted.joinAngle.after},
                      {"common", converted.commonJoins},
                      {"near", converted.nearJoins},
                      {"loose_faces", converted.looseFaces}};

@@ -169,7 +169,9 @@ ConvertedModel convertForm(Model& model, ConversionOptions options, const std::s
   // The edges as they were found: those that are not sewn may lie too far apart now.
   const auto joins = measureJoins(edges, was, surfacesOf(model.objects()));
   result.measuredJoins = static_cast<Index>(joins.size());
-  result.joinGap = summaryOf(joins).gap;
+  const JoinSummary summary = summaryOf(joins);
+  result.joinGap = summary.gap;
+  result.joinAngle = summary.angle;
   return result;
 }
 
@@ -193,8 +195,11 @@ std::string describe(const ConvertedModel& result, const std::string& unit) {
   std::string text = table.text() + remarks;
   const std::string ending = unit.empty() ? "" : " " + unit;
   if (result.measuredJoins > 0) {
-    text += fmt::format("{} joins, {} of them one curve on both faces: largest gap {} -> {}{}\n", result.measuredJoins,
-                        result.commonJoins, number(result.joinGap.before), number(result.joinGap.after), ending);
+    text += fmt::format(
+        "{} joins, {} of them one curve on both faces: largest gap {} -> {}{}, largest angle but for features {} -> {} "
+        "degrees\n",
+        result.measuredJoins, result.commonJoins, number(result.joinGap.before), number(result.joinGap.after), ending,
+        number(result.joinAngle.before), number(result.joinAngle.after));
   }
   for (const std::string& face : result.looseFaces) {
     text += fmt::format("{}: to keep its joins within {}{} takes more control points than --most-points allows\n", face,

@@ -25,7 +25,7 @@ struct ConvertedObject {
 struct ConvertedModel {
   std::vector<ConvertedObject> objects;  // in the model's order
   Audit before, after;
-  BeforeAfter joinGap;                                      // the largest between two faces, if measuredJoins > 0
+  BeforeAfter joinGap, joinAngle;  // the largest of two faces, if measuredJoins > 0; features have no say in angles
   Index measuredJoins = 0, commonJoins = 0, nearJoins = 0;  // see ConvertedPart
   double joinTolerance = 0;
   std::vector<std::string> looseFaces;

@@ -91,6 +91,8 @@ TEST_F(Conversion, JoinsThatCannotBeCommonOpenByLittle) {
   EXPECT_EQ(joins.at("near"), 2);
   EXPECT_LT(joins.at("gap_before").get<double>(), 1e-12);
   EXPECT_LE(joins.at("gap").get<double>(), 0.0001);
+  EXPECT_LT(joins.at("angle_before").get<double>(), 1e-6);
+  EXPECT_GT(joins.at("angle").get<double>(), 1e-6);
   EXPECT_GT(json(command("1")).at("joins").at("gap").get<double>(), 0.0001);
   const Outcome outcome = strak(command("1"));
   EXPECT_NE(outcome.out.find("3 joins, 1 of them one curve"), std::string::npos) << outcome.out;
