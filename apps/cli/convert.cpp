@@ -22,7 +22,8 @@ namespace strak::cli {
 namespace {
 
 struct ConvertArguments {
-  std::string input, output, elevate, rebuild, uniform, nonuniform, tolerance, joinTolerance, mostPoints, analytic;
+  std::string input, output, elevate, rebuild, uniform, nonuniform, tolerance, mostPoints, analytic;
+  JoinWishes joins;
   bool toBezier = false, uniformCubic = false, json = false;
   std::string commandLine;
 };
@@ -130,8 +131,8 @@ void convert(const ConvertArguments& arguments) {
   if (!arguments.tolerance.empty() && arguments.rebuild.empty() && !form) {
     throw InvalidInput("--tolerance is for --rebuild, --uniform and --nonuniform: everything else is exact");
   }
-  if (!arguments.joinTolerance.empty() && !form) {
-    throw InvalidInput("--join-tolerance is for --uniform and --nonuniform");
+  if (!form && !(arguments.joins.tolerance.empty() && arguments.joins.angle.empty())) {
+    throw InvalidInput("--join-tolerance and --join-angle are for --uniform and --nonuniform");
   }
   auto model = readModel(arguments.input);
   const std::string format = model->format();
@@ -144,7 +145,7 @@ void convert(const ConvertArguments& arguments) {
     rebuilt = std::move(result.objects);
   }
   ConvertedModel converted;
-  if (form) converted = convertForm(*model, *form, arguments.tolerance, arguments.joinTolerance);
+  if (form) converted = convertForm(*model, *form, arguments.tolerance, arguments.joins);
   model->write(arguments.output);
   if (!arguments.json) {
     for (const RebuiltObject& object : rebuilt) {
@@ -214,9 +215,12 @@ void addConvert(CLI::App& program, const std::string& commandLine) {
   command->add_option("--tolerance", arguments->tolerance,
                       "With --rebuild, --uniform and --nonuniform: write nothing if a deviation may be larger; a "
                       "length, or a part of the size (0.0001size)");
-  command->add_option("--join-tolerance", arguments->joinTolerance,
+  command->add_option("--join-tolerance", arguments->joins.tolerance,
                       "With --uniform and --nonuniform: what joins of faces may open by, a length like --tolerance; "
                       "default: a tenth of it");
+  command->add_option(
+      "--join-angle", arguments->joins.angle,
+      "With --uniform and --nonuniform: what the angle at a join below 3 degrees may change by, degrees");
   command->add_option("--most-points", arguments->mostPoints,
                       "With --uniform and --nonuniform: at most so many control points a spline; default: 200000");
   command->add_option(

@@ -90,12 +90,13 @@ void addEdges(const std::vector<SharedEdge>& edges, Part& part) {
 }  // namespace
 
 ConvertedModel convertForm(Model& model, ConversionOptions options, const std::string& tolerance,
-                           const std::string& joinTolerance) {
+                           const JoinWishes& joins) {
   if (!tolerance.empty()) options.tolerance = lengthOf("--tolerance", tolerance, model.size());
   PartConversionOptions together;
   together.each = options;
-  together.joinTolerance = joinTolerance.empty() ? kJoinShare * options.tolerance
-                                                 : lengthOf("--join-tolerance", joinTolerance, model.size());
+  together.joinTolerance = joins.tolerance.empty() ? kJoinShare * options.tolerance
+                                                   : lengthOf("--join-tolerance", joins.tolerance, model.size());
+  if (!joins.angle.empty()) together.joinAngle = positiveNumber("--join-angle", joins.angle);
   const std::string unit = model.unit().empty() ? "" : " " + model.unit();
   ConvertedModel result;
   std::vector<std::pair<Index, AnySpline>> changes;
@@ -167,9 +168,9 @@ ConvertedModel convertForm(Model& model, ConversionOptions options, const std::s
   std::vector<const Surface*> was;
   for (const auto& spline : had) was.push_back(spline ? std::get_if<Surface>(&*spline) : nullptr);
   // The edges as they were found: those that are not sewn may lie too far apart now.
-  const auto joins = measureJoins(edges, was, surfacesOf(model.objects()));
-  result.measuredJoins = static_cast<Index>(joins.size());
-  const JoinSummary summary = summaryOf(joins);
+  const auto measured = measureJoins(edges, was, surfacesOf(model.objects()));
+  result.measuredJoins = static_cast<Index>(measured.size());
+  const JoinSummary summary = summaryOf(measured);
   result.joinGap = summary.gap;
   result.joinAngle = summary.angle;
   return result;
@@ -202,8 +203,9 @@ std::string describe(const ConvertedModel& result, const std::string& unit) {
         number(result.joinAngle.before), number(result.joinAngle.after));
   }
   for (const std::string& face : result.looseFaces) {
-    text += fmt::format("{}: to keep its joins within {}{} takes more control points than --most-points allows\n", face,
-                        number(result.joinTolerance), ending);
+    text += fmt::format(
+        "{}: to keep its joins within {}{}, and their angles, takes more control points than --most-points allows\n",
+        face, number(result.joinTolerance), ending);
   }
   if (!result.after.edges.empty()) {
     text += fmt::format("edges fit their faces within {}{}, before within {}\n", number(result.after.largestGap),

@@ -31,12 +31,17 @@ struct ConvertedModel {
   std::vector<std::string> looseFaces;
 };
 
+// What joins of faces may open by: a length as in lengthOf(), empty for a tenth of the tolerance; and what their angles
+// may change by, in degrees, empty for whatever comes.
+struct JoinWishes {
+  std::string tolerance, angle;
+};
+
 // Converts all splines that can be changed, faces with their trims. `options.tolerance` is not looked at but
-// `tolerance`, a length as in lengthOf() or empty; so is `joinTolerance`, what joins may open by (empty: a tenth of the
-// tolerance). Throws InvalidInput for a file without splines; Failure if the
+// `tolerance`, a length as in lengthOf() or empty. Throws InvalidInput for a file without splines; Failure if the
 // tolerance is not reached and if the kernel's checker no longer accepts the model: then it is not to be written.
 ConvertedModel convertForm(Model& model, ConversionOptions options, const std::string& tolerance,
-                           const std::string& joinTolerance);
+                           const JoinWishes& joins);
 
 // A table for people.
 std::string describe(const ConvertedModel& result, const std::string& unit);

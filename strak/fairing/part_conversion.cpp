@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include "strak/base/error.h"
 #include "strak/metrology/continuity.h"
+#include "strak/metrology/curvature.h"
 #include "strak/spline/evaluate.h"
 
 namespace strak {
@@ -17,12 +20,19 @@ namespace {
 constexpr int kSamples = 129;        // along an edge
 constexpr double kSameCurve = 0.25;  // of what a join may open: sides this near at equal parameters are one curve
 constexpr double kBetween = 0.9;     // of what is allowed where only samples are looked at
+constexpr double kFeature = 3;       // degrees: larger angles are meant
 constexpr int kMostRounds = 24;
 constexpr double kFewest = 1.0 / 16;  // at most so much smaller gets a tolerance in one round
 
 Eigen::RowVectorXd pointOn(const Surface& surface, const Eigen::Vector2d& at) {
   const KnotVector &u = surface.knots(0), &v = surface.knots(1);
   return evaluate<2>(surface, {std::clamp(at[0], u.from(), u.to()), std::clamp(at[1], v.from(), v.to())});
+}
+
+std::optional<Eigen::Vector3d> normalOf(const Surface& surface, const Eigen::Vector2d& at) {
+  const KnotVector &u = surface.knots(0), &v = surface.knots(1);
+  const Net d = derivatives<2>(surface, {std::clamp(at[0], u.from(), u.to()), std::clamp(at[1], v.from(), v.to())}, 1);
+  return unitNormal(d.row(1).transpose(), d.row(2).transpose());
 }
 
 double largestDistance(const Surface& a, const ParameterCurve& lineA, const Surface& b, const ParameterCurve& lineB) {
@@ -34,6 +44,17 @@ double largestDistance(const Surface& a, const ParameterCurve& lineA, const Surf
   return largest;
 }
 
+// Between the normals of two surfaces at the same parameters, where both have one.
+double largestTurn(const Surface& a, const Surface& b, const ParameterCurve& line) {
+  double largest = 0;
+  for (int i = 0; i < kSamples; ++i) {
+    const Eigen::Vector2d at = line(static_cast<double>(i) / (kSamples - 1));
+    const auto n = normalOf(a, at), m = normalOf(b, at);
+    if (n && m) largest = std::max(largest, std::atan2(n->cross(*m).norm(), n->dot(*m)));
+  }
+  return largest;
+}
+
 // Sides 0 and 1 run along v, 2 and 3 along u.
 std::size_t directionAlong(int side) { return static_cast<std::size_t>(1 - side / 2); }
 
@@ -41,7 +62,11 @@ class PartSearch {
  public:
   PartSearch(const std::vector<PartFace>& faces, const std::vector<PartEdge>& edges,
              const PartConversionOptions& options)
-      : faces_(faces), edges_(edges), allowed_(options.joinTolerance), most_(options.each.tolerance) {
+      : faces_(faces),
+        edges_(edges),
+        allowed_(options.joinTolerance),
+        angle_(options.joinAngle * std::numbers::pi / 180),
+        most_(options.each.tolerance) {
     ConversionOptions each = options.each;
     each.leastSpans = {};
     each.sideTolerances = ConversionOptions::anyDeviation();
@@ -55,6 +80,7 @@ class PartSearch {
     for (const PartEdge& edge : edges_) {
       common_.push_back(canBeCommon(edge) ? 1 : 0);
       if (common_.back() == 0) hold(edge);
+      smooth_.push_back(isSmooth(edge) ? 1 : 0);
     }
     convertOpen();
     for (int round = 0; !open_.empty(); ++round) {
@@ -65,7 +91,7 @@ class PartSearch {
         common_[e] = 0;
         hold(edges_[e]);
       }
-      if (round < kMostRounds) tightenInside();
+      if (round < kMostRounds) tighten();
       convertOpen();
     }
     for (std::size_t e = 0; e < edges_.size(); ++e) ++(common_[e] != 0 ? result_.common : result_.near);
@@ -126,25 +152,39 @@ class PartSearch {
     return true;
   }
 
-  // Faces that are too far from what they were along an edge in their inside.
-  void tightenInside() {
-    if (std::isinf(allowed_)) return;
-    for (const PartEdge& edge : edges_) {
-      if (!edge.along) tightenAlong(edge.face, edge.line, shareOf(edge));
-      if (edge.other && !edge.otherAlong) tightenAlong(*edge.other, edge.otherLine, shareOf(edge));
+  bool isSmooth(const PartEdge& edge) const {
+    if (std::isinf(angle_) || !edge.other || !edge.samePlace || surfaceOf(edge.face).pointDimension() != 3)
+      return false;
+    const Continuity was = edgeContinuity(surfaceOf(edge.face), parameterPolyline(edge.line), surfaceOf(*edge.other),
+                                          parameterPolyline(edge.otherLine), {kSamples});
+    return was.angle.max <= kFeature * std::numbers::pi / 180;
+  }
+
+  // Faces that are too far from what they were along an edge in their inside, or turned too much along a smooth one.
+  void tighten() {
+    for (std::size_t e = 0; e < edges_.size(); ++e) {
+      const PartEdge& edge = edges_[e];
+      const auto look = [&](Index face, const std::vector<Eigen::Vector2d>& line, bool inside) {
+        const auto at = static_cast<std::size_t>(face);
+        const Converted<2>& made = result_.faces[at];
+        if (made.unchanged || loose_[at] != 0 || line.size() < 2) return;
+        const ParameterCurve along = parameterPolyline(line);
+        if (inside && !std::isinf(allowed_)) {
+          tightenTo(at, shareOf(edge) / largestDistance(faces_[at].surface, along, made.spline, along));
+        }
+        if (smooth_[e] != 0) tightenTo(at, angle_ / 2 / largestTurn(faces_[at].surface, made.spline, along));
+      };
+      look(edge.face, edge.line, !edge.along);
+      if (edge.other) look(*edge.other, edge.otherLine, !edge.otherAlong);
     }
   }
 
-  void tightenAlong(Index face, const std::vector<Eigen::Vector2d>& line, double share) {
-    const auto at = static_cast<std::size_t>(face);
-    const Converted<2>& made = result_.faces[at];
-    if (made.unchanged || loose_[at] != 0 || line.size() < 2) return;
-    const ParameterCurve along = parameterPolyline(line);
-    const double away = largestDistance(faces_[at].surface, along, made.spline, along);
-    if (away <= kBetween * share) return;
-    const double smaller = made.deviation.upper * std::clamp(kBetween * share / away, kFewest, kBetween);
-    wishes_[at].tolerance = std::min(wishes_[at].tolerance, smaller);
-    open_.insert(at);
+  // `ratio`: what is allowed by what is.
+  void tightenTo(std::size_t face, double ratio) {
+    if (!(kBetween * ratio < 1)) return;
+    const double smaller = result_.faces[face].deviation.upper * std::clamp(kBetween * ratio, kFewest, kBetween);
+    wishes_[face].tolerance = std::min(wishes_[face].tolerance, smaller);
+    open_.insert(face);
   }
 
   void convertOpen() {
@@ -169,9 +209,10 @@ class PartSearch {
 
   const std::vector<PartFace>& faces_;
   const std::vector<PartEdge>& edges_;
-  double allowed_, most_;
+  double allowed_, angle_, most_;
   std::vector<ConversionOptions> wishes_;
   std::vector<char> common_;  // by edges
+  std::vector<char> smooth_;  // by edges: whose angles are to stay
   std::vector<char> loose_;   // by faces: what its joins ask for takes more points than allowed
   std::set<std::size_t> open_;
   ConvertedPart result_;
@@ -181,7 +222,9 @@ class PartSearch {
 
 ConvertedPart convertPart(const std::vector<PartFace>& faces, const std::vector<PartEdge>& edges,
                           const PartConversionOptions& options) {
-  if (!(options.joinTolerance > 0)) throw InvalidInput("what joins may open by must be above zero");
+  if (!(options.joinTolerance > 0) || !(options.joinAngle > 0)) {
+    throw InvalidInput("what joins may open by and what their angles may change by must be above zero");
+  }
   if (faces.empty()) return {};
   return PartSearch(faces, edges, options).run();
 }

@@ -6,7 +6,7 @@
 // most, handed on from face to face: their border is then one curve, approximated once (a border of convertSpline
 // depends on that border and its knots alone). Everywhere else a face stays as near to what it was along its joins as
 // these may open: along its sides by spans enough for these alone, along trimmed edges by a smaller tolerance of the
-// whole face.
+// whole face, which is also what keeps angles.
 
 #include <optional>
 #include <string>
@@ -35,6 +35,9 @@ struct PartConversionOptions {
   ConversionOptions each;  // leastSpans and sideTolerances are not looked at
   // What a join may open by. Infinity: whole sides are kept common, and nothing else is looked at.
   double joinTolerance = std::numeric_limits<double>::infinity();
+  // What the angle at a join that is no feature (up to 3 degrees) may change by, in degrees, measured at places along
+  // it. Infinity: whatever comes.
+  double joinAngle = std::numeric_limits<double>::infinity();
 };
 
 struct ConvertedPart {

@@ -126,6 +126,8 @@ TEST_F(Conversion, WishesThatMakeNoSense) {
   refused({"--uniform-cubic", "--most-points", "10"});
   refused({"--most-points", "1000"});
   refused({"--join-tolerance", "1"});
+  refused({"--join-angle", "1"});
+  refused({"--uniform-cubic", "--tolerance", "0.1", "--join-angle", "-1"});
   refused({"--uniform-cubic", "--tolerance", "0.1", "--join-tolerance", "0"});
 }
 

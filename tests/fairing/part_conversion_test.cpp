@@ -144,6 +144,32 @@ TEST(PartConversion, PartsOfSidesAndAdaptedKnotsAreHeldByNearness) {
   }
 }
 
+// Angles at smooth joins stay within what is allowed, if that is asked for; features may turn.
+TEST(PartConversion, AnglesStayIfWished) {
+  const std::vector<PartFace> faces{{"a", part(0, 1, 0, 0.5)}, {"b", part(0, 1, 0.5, 1)}};
+  const std::vector<PartEdge> edges{wholeSides(faces, 0, 3, 1, 2)};
+  const auto angle = [&](const std::vector<PartFace>& all, double wished) {
+    PartConversionOptions options = within(kTolerance, kTolerance / 10);
+    if (wished > 0) options.joinAngle = wished;
+    const ConvertedPart made = convertPart(all, edges, options);
+    const double radians = edgeContinuity(made.faces[0].spline, parameterPolyline(edges[0].line), made.faces[1].spline,
+                                          parameterPolyline(edges[0].otherLine))
+                               .angle.max;
+    return std::pair{radians * 180 / std::numbers::pi, made.faces[0].spline.net().rows()};
+  };
+  const auto [free, few] = angle(faces, 0);
+  const auto [held, many] = angle(faces, 0.05);
+  EXPECT_GT(free, 0.05);
+  EXPECT_LE(held, 0.05);
+  EXPECT_GT(many, few);
+  // The second face folded up along the join steeply: a feature.
+  std::vector<PartFace> folded = faces;
+  Net net = folded[1].surface.net();
+  for (Index r = 0; r < net.rows(); ++r) net(r, 2) += 10 * (net(r, 1) - 0.5);
+  folded[1].surface = Surface(faces[1].surface.knots(), net);
+  EXPECT_EQ(angle(folded, 0.05).second, angle(folded, 0).second);
+}
+
 TEST(PartConversion, TrimmedEdgesAndNeighboursThatStay) {
   const std::vector<PartFace> faces{{"a", part(0, 1, 0, 1)}};
   PartEdge edge;
@@ -194,6 +220,9 @@ TEST(PartConversion, BadInput) {
   EXPECT_THROW(convertPart(faces, {}, within(kTolerance, 0)), InvalidInput);
   EXPECT_THROW(convertPart(faces, {}, within(kTolerance, std::nan(""))), InvalidInput);
   EXPECT_THROW(convertPart(faces, {}, within(-1, 1)), InvalidInput);
+  PartConversionOptions turned = within(kTolerance, 1);
+  turned.joinAngle = 0;
+  EXPECT_THROW(convertPart(faces, {}, turned), InvalidInput);
   EXPECT_TRUE(convertPart({}, {}, within(1, 1)).faces.empty());
 }
 
