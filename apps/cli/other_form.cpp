@@ -197,10 +197,11 @@ std::string describe(const ConvertedModel& result, const std::string& unit) {
   const std::string ending = unit.empty() ? "" : " " + unit;
   if (result.measuredJoins > 0) {
     text += fmt::format(
-        "{} joins, {} of them one curve on both faces: largest gap {} -> {}{}, largest angle but for features {} -> {} "
+        "{} join{}, {} of them one curve on both faces: largest gap {} -> {}{}, largest angle but for features {} -> "
+        "{} "
         "degrees\n",
-        result.measuredJoins, result.commonJoins, number(result.joinGap.before), number(result.joinGap.after), ending,
-        number(result.joinAngle.before), number(result.joinAngle.after));
+        result.measuredJoins, result.measuredJoins == 1 ? "" : "s", result.commonJoins, number(result.joinGap.before),
+        number(result.joinGap.after), ending, number(result.joinAngle.before), number(result.joinAngle.after));
   }
   for (const std::string& face : result.looseFaces) {
     text += fmt::format(

@@ -22,6 +22,7 @@ constexpr double kEven = 1e-9;       // of a span: how far uniform knots may be 
 constexpr double kFlat = 0.1;        // degrees: smaller creases are not worth a word
 constexpr double kFirstShare = 0.7;  // of the tolerance for the lines of one direction: the directions add up
 constexpr double kAlone = 0.95;      // the same for a side that is a single line
+constexpr double kOnePoint = 1e-14;  // of the size: rounding
 constexpr int kLines = 33;           // at most so many lines are looked at, in every other direction
 constexpr int kLinesOfVolumes = 9;
 constexpr int kMostRounds = 40;
@@ -233,6 +234,28 @@ Spline<D - 1> sideOf(const Spline<D>& spline, int direction, bool high) {
           spline.isRational()};
 }
 
+// A side that is one point stays exactly one: its normals would be those of rounding.
+template <int D>
+Spline<D> withPoles(const Spline<D>& made, const Spline<D>& source) {
+  if constexpr (D == 1) return made;
+  const Net had = source.euclideanNet();
+  const double size = (had.colwise().maxCoeff() - had.colwise().minCoeff()).norm();
+  Net net = made.net();
+  Index behind = net.rows();
+  for (int k = 0; k < D; ++k) {
+    behind /= made.size(k);
+    for (const bool high : {false, true}) {
+      const Net side = sliceAlong<D>(had, source.sizes(), k, high ? source.size(k) - 1 : 0, 1);
+      if ((side.rowwise() - side.row(0)).rowwise().norm().maxCoeff() > kOnePoint * size) continue;
+      const Index last = high ? made.size(k) - 1 : 0;
+      for (Index r = 0; r < net.rows(); ++r) {
+        if (r / behind % made.size(k) == last) net.row(r) = side.row(0);
+      }
+    }
+  }
+  return {made.knots(), std::move(net)};
+}
+
 // The knots of a conversion on their way to the tolerance.
 template <int D>
 class Search {
@@ -374,7 +397,7 @@ Converted<D> convertSpline(const Spline<D>& spline, const ConversionOptions& opt
   for (bool fits = true; result.rounds < kMostRounds;) {
     if (!any) fits = search.grow(allowed);
     ++result.rounds;
-    result.spline = polynomialOnto<D>(source, search.knots());
+    result.spline = withPoles<D>(polynomialOnto<D>(source, search.knots()), source);
     certify<D>(result, source);
     result.reached = within(result.deviation.upper, options.tolerance, allowed.inside);
     for (std::size_t s = 0; s < allowed.sides.size() && D > 1; ++s) {

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <set>
 
@@ -21,6 +22,8 @@ constexpr int kSamples = 129;        // along an edge
 constexpr double kSameCurve = 0.25;  // of what a join may open: sides this near at equal parameters are one curve
 constexpr double kBetween = 0.9;     // of what is allowed where only samples are looked at
 constexpr double kFeature = 3;       // degrees: larger angles are meant
+constexpr double kStep = 0.7;        // of what an angle asks for: far enough to see whether it helps
+constexpr double kStays = 0.9;       // of a turn: what is left of one that will not go
 constexpr int kMostRounds = 24;
 constexpr double kFewest = 1.0 / 16;  // at most so much smaller gets a tolerance in one round
 
@@ -73,6 +76,8 @@ class PartSearch {
     wishes_.assign(faces.size(), each);
     result_.faces.resize(faces.size());
     loose_.assign(faces.size(), 0);
+    near_.assign(faces.size(), options.each.tolerance);
+    turned_.assign(faces.size(), std::numeric_limits<double>::infinity());
     for (std::size_t f = 0; f < faces.size(); ++f) open_.insert(f);
   }
 
@@ -162,6 +167,7 @@ class PartSearch {
 
   // Faces that are too far from what they were along an edge in their inside, or turned too much along a smooth one.
   void tighten() {
+    std::vector<double> turns(faces_.size(), 0);
     for (std::size_t e = 0; e < edges_.size(); ++e) {
       const PartEdge& edge = edges_[e];
       const auto look = [&](Index face, const std::vector<Eigen::Vector2d>& line, bool inside) {
@@ -170,21 +176,35 @@ class PartSearch {
         if (made.unchanged || loose_[at] != 0 || line.size() < 2) return;
         const ParameterCurve along = parameterPolyline(line);
         if (inside && !std::isinf(allowed_)) {
-          tightenTo(at, shareOf(edge) / largestDistance(faces_[at].surface, along, made.spline, along));
+          const double ratio = shareOf(edge) / largestDistance(faces_[at].surface, along, made.spline, along);
+          if (kBetween * ratio < 1) near_[at] = tightened(at, ratio);
         }
-        if (smooth_[e] != 0) tightenTo(at, angle_ / 2 / largestTurn(faces_[at].surface, made.spline, along));
+        if (smooth_[e] != 0) turns[at] = std::max(turns[at], largestTurn(faces_[at].surface, made.spline, along));
       };
       look(edge.face, edge.line, !edge.along);
       if (edge.other) look(*edge.other, edge.otherLine, !edge.otherAlong);
     }
+    for (std::size_t f = 0; f < faces_.size(); ++f) {
+      if (loose_[f] != 0) continue;
+      double wished = near_[f];
+      if (kBetween * angle_ / 2 < turns[f] && turned_[f] > 0) {
+        // Beside a pole or a crease some angles stay, however near the face comes.
+        const bool hopeless = turns[f] > kStays * turned_[f];
+        turned_[f] = hopeless ? 0 : turns[f];
+        if (!hopeless) wished = std::min(wished, tightened(f, kStep * angle_ / 2 / turns[f]));
+      } else if (turned_[f] > 0) {
+        wished = std::min(wished, wishes_[f].tolerance);
+      }
+      if (wished == wishes_[f].tolerance) continue;
+      wishes_[f].tolerance = wished;
+      open_.insert(f);
+    }
   }
 
-  // `ratio`: what is allowed by what is.
-  void tightenTo(std::size_t face, double ratio) {
-    if (!(kBetween * ratio < 1)) return;
-    const double smaller = result_.faces[face].deviation.upper * std::clamp(kBetween * ratio, kFewest, kBetween);
-    wishes_[face].tolerance = std::min(wishes_[face].tolerance, smaller);
-    open_.insert(face);
+  // The tolerance of a face that is to come nearer; `ratio`: what is allowed by what is.
+  double tightened(std::size_t face, double ratio) const {
+    return std::min(wishes_[face].tolerance,
+                    result_.faces[face].deviation.upper * std::clamp(kBetween * ratio, kFewest, kBetween));
   }
 
   void convertOpen() {
@@ -196,7 +216,13 @@ class PartSearch {
     try {
       result_.faces[face] = convertSpline<2>(faces_[face].surface, wishes_[face]);
       if (result_.faces[face].reached || loose_[face] != 0) return;
-      // Its own tolerance comes first.
+      // Its own tolerance comes first, then distances.
+      if (turned_[face] > 0 && wishes_[face].tolerance < near_[face]) {
+        turned_[face] = 0;
+        wishes_[face].tolerance = near_[face];
+        result_.faces[face] = convertSpline<2>(faces_[face].surface, wishes_[face]);
+        if (result_.faces[face].reached) return;
+      }
       loose_[face] = 1;
       wishes_[face].tolerance = most_;
       wishes_[face].leastSpans = {};
@@ -211,9 +237,11 @@ class PartSearch {
   const std::vector<PartEdge>& edges_;
   double allowed_, angle_, most_;
   std::vector<ConversionOptions> wishes_;
-  std::vector<char> common_;  // by edges
-  std::vector<char> smooth_;  // by edges: whose angles are to stay
-  std::vector<char> loose_;   // by faces: what its joins ask for takes more points than allowed
+  std::vector<char> common_;    // by edges
+  std::vector<char> smooth_;    // by edges: whose angles are to stay
+  std::vector<double> near_;    // by faces: the tolerance that distances ask for
+  std::vector<double> turned_;  // by faces: the largest turn before the tolerance was made smaller for it; 0: no use
+  std::vector<char> loose_;     // by faces: what its joins ask for takes more points than allowed
   std::set<std::size_t> open_;
   ConvertedPart result_;
 };

@@ -151,6 +151,7 @@ TEST(Conversion, SphereOctant) {
   for (Index i = 0; i < fine.spline.size(0); ++i) {
     const Point pole = fine.spline.net().row((i + 1) * fine.spline.size(1) - 1);
     EXPECT_LT((pole - Point(Eigen::RowVector3d(0, 0, 1))).norm(), 1e-14);
+    EXPECT_EQ(pole, Point(fine.spline.net().row(fine.spline.size(1) - 1)));
   }
   const auto spans = [](const Surface& s) { return static_cast<double>(s.knots(1).spans().size()); };
   EXPECT_GT(spans(fine.spline) / spans(coarse.spline), 2.5);
