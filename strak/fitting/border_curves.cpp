@@ -7,9 +7,8 @@
 #include <optional>
 
 #include "strak/base/error.h"
-#include "strak/fitting/least_squares.h"
+#include "strak/fitting/tube_curve.h"
 #include "strak/metrology/closest_points.h"
-#include "strak/spline/periodic.h"
 
 namespace strak {
 
@@ -17,25 +16,25 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr int kDegree = 3;
-constexpr double kRagged = 2;    // tolerance of a loop, in parts of the spacing of the points beside it
-constexpr double kArm = 5;       // length of the two arms that make a corner, in parts of the edges there
-constexpr Index kArmPoints = 4;  // at least
-constexpr int kEdgesAround = 6;  // whose median that is
+constexpr Index kFewestPoints = 5;  // of a loop that is more than a polygon
+constexpr double kRagged = 2;       // tolerance of a loop, in parts of the spacing of the points beside it
+constexpr double kArm = 5;          // length of the two arms that make a corner, in parts of the edges there
+constexpr Index kArmPoints = 4;     // at least
+constexpr int kEdgesAround = 6;     // whose median that is
 constexpr double kCorner = std::numbers::pi / 180 * 60;
 constexpr double kBetterThanArc = 0.5;  // the error of two lines in parts of an arc's
 constexpr Index kHalfWindow = 3;        // points on both sides whose parabola shows how ragged a loop is
 constexpr double kCalmWindows = 0.9;    // part of the windows that count
 constexpr double kNoiseSlack = 1.6;
-constexpr double kExact = 1e-3;     // of the spacing: so near is near enough
-constexpr double kSharpened = 2.5;  // so many edges away a corner may lie: the border's triangles leave corners out
-constexpr Index kMostSpans = 1000;  // of a piece
-constexpr double kStiffest = 100, kSoftest = 1e-12, kStep = 0.25;  // weights of the energy that are tried
-constexpr double kClearance = 1e-3;                                // of the spacing: how near curves may come
+constexpr double kExact = 1e-3;      // of the spacing: so near is near enough
+constexpr double kSharpened = 2.5;   // so many edges away a corner may lie: the border's triangles leave corners out
+constexpr double kClearance = 1e-3;  // of the spacing: how near curves may come
 
 double cross(const Vector2d& a, const Vector2d& b) { return a[0] * b[1] - a[1] * b[0]; }
 
-constexpr int kPinned = 4;   // points on both sides of such a place, at most
+constexpr int kPinned = 4;  // points on both sides of such a place, at most
+constexpr int kTubes = 2;   // rounds with less tolerance before points are pinned
+constexpr double kTighter = 0.25;
 constexpr int kRounds = 30;  // of fits; after the last the loops that are not clear become polygons
 
 struct CornerPoint {
@@ -156,8 +155,8 @@ double turning(const Loop::Arm& before, const Loop::Arm& after) {
   return std::atan2(cross(before.direction, after.direction), before.direction.dot(after.direction));
 }
 
-// Points where the loop turns sharply, and where the lines on both sides meet.
-std::vector<CornerPoint> findCorners(const Loop& loop, bool sharpen) {
+// Points where the loop turns sharply, and where the lines on both sides meet; those that are `blunt` stay themselves.
+std::vector<CornerPoint> findCorners(const Loop& loop, const std::vector<char>& blunt) {
   constexpr Index kFewest = 12;  // points: less is no loop with arms
   std::vector<CornerPoint> corners;
   if (loop.count() < kFewest) return corners;
@@ -190,7 +189,7 @@ std::vector<CornerPoint> findCorners(const Loop& loop, bool sharpen) {
     CornerPoint corner{i, loop.at(i)};
     const Loop::Arm before = loop.arm(i, -1, reach), after = loop.arm(i, 1, reach);
     const double sine = cross(before.direction, after.direction);
-    if (sharpen && std::abs(sine) > 0) {
+    if (blunt[static_cast<std::size_t>(i)] == 0 && std::abs(sine) > 0) {
       const double along = cross(after.middle - before.middle, after.direction) / sine;
       const Vector2d meeting = before.middle + along * before.direction;
       if ((meeting - corner.place).norm() <= kSharpened * edge) corner.place = meeting;
@@ -200,108 +199,21 @@ std::vector<CornerPoint> findCorners(const Loop& loop, bool sharpen) {
   return corners;
 }
 
-Curve lineBetween(const Vector2d& from, const Vector2d& to) {
-  Net net(kDegree + 1, 2);
-  for (Index i = 0; i <= kDegree; ++i) {
-    net.row(i) = (from + (to - from) * (static_cast<double>(i) / kDegree)).transpose();
+// `count` points from `first` on; with places on the edges between them, so many that none is twice as far from the
+// next as its neighbours are.
+Net rowsOf(const Loop& loop, Index first, Index count, bool edges) {
+  constexpr double kMostPlaces = 16;
+  std::vector<Vector2d> rows;
+  for (Index i = first; i < first + count; ++i) {
+    rows.push_back(loop.at(i));
+    if (!edges || (i + 1 == first + count && count < loop.count())) continue;
+    const double least = std::min({loop.edge(i - 1), loop.edge(i), loop.edge(i + 1)});
+    const double steps = std::min(std::ceil(2 * loop.edge(i) / least), kMostPlaces);
+    for (double k = 1; k < steps; ++k) rows.push_back(loop.at(i) + k / steps * (loop.at(i + 1) - loop.at(i)));
   }
-  net.row(kDegree) = to.transpose();
-  return Curve({KnotVector::uniformClamped(kDegree, 1)}, std::move(net));
-}
-
-// What a curve is to keep.
-struct Limits {
-  double tolerance = 0;  // of every point
-  double noise = 0;      // root mean square of all
-};
-
-struct Trial {
-  Curve curve;
-  double largest = std::numeric_limits<double>::infinity();  // error
-  bool within = false;
-};
-
-// The fairest curve within the limits, else the nearest one. Only the `count` points from `first` on are looked at.
-Trial fairest(const std::array<KnotVector, 1>& knots, const FitPoints<1>& points, Index first, Index count,
-              FitOptions<1> options, const Limits& limits) {
-  options.energy = thinPlate<1>();
-  options.scale = ParameterScale::unit;
-  Trial best;
-  for (double weight = kStiffest; weight >= kSoftest; weight *= kStep) {
-    options.smoothing = Smoothing::fixed(weight);
-    Curve curve = fitLeastSquares<1>(knots, points, options).spline;
-    const Eigen::VectorXd errors =
-        closestPointsFrom<1>(curve, points.values.middleRows(first, count), points.parameters.middleRows(first, count))
-            .distances;
-    const double largest = errors.maxCoeff(), rms = std::sqrt(errors.squaredNorm() / static_cast<double>(count));
-    const bool within = largest <= limits.tolerance && rms <= limits.noise;
-    if (within || largest < best.largest) best = {std::move(curve), largest, within};
-    if (within) break;
-  }
-  return best;
-}
-
-// `fit` makes a trial with that many spans: few, and if those are too stiff as many as there are points.
-template <typename Maker>
-Curve fewestSpans(Index count, Index least, const Maker& fit) {
-  Trial few = fit(std::clamp<Index>(count / 2, least, kMostSpans));
-  if (few.within) return few.curve;
-  Trial many = fit(std::clamp<Index>(count, least, kMostSpans));
-  return many.within || many.largest < few.largest ? many.curve : few.curve;
-}
-
-// From corner to corner; what lies between them in order.
-Curve fairPiece(const Vector2d& from, const Net& between, const Vector2d& to, const Limits& limits) {
-  const Index count = between.rows();
-  if (count == 0) return lineBetween(from, to);
-  Net parameters(count, 1);
-  double gone = 0;
-  Vector2d last = from;
-  for (Index i = 0; i < count; ++i) {
-    gone += (between.row(i).transpose() - last).norm();
-    last = between.row(i).transpose();
-    parameters(i, 0) = gone;
-  }
-  parameters /= gone + (to - last).norm();
-  return fewestSpans(count, 1, [&](Index spans) {
-    const std::array<KnotVector, 1> knots{KnotVector::uniformClamped(kDegree, spans)};
-    FitOptions<1> options;
-    options.held = {0, knots[0].size() - 1};
-    options.heldNet = Net::Zero(knots[0].size(), 2);
-    options.heldNet.row(0) = from.transpose();
-    options.heldNet.row(knots[0].size() - 1) = to.transpose();
-    return fairest(knots, {parameters, between}, 0, count, options, limits);
-  });
-}
-
-// A loop without corners: three turns of it are fitted and the middle one, which does not feel the ends, is closed.
-Curve fairRound(const Loop& loop, const Limits& limits) {
-  const Index count = loop.count();
-  Net parameters(3 * count, 1), values(3 * count, 2);
-  for (Index turn = 0; turn < 3; ++turn) {
-    double gone = 0;
-    for (Index i = 0; i < count; ++i) {
-      parameters(turn * count + i, 0) = static_cast<double>(turn) + gone / loop.length();
-      values.row(turn * count + i) = loop.points().row(i);
-      gone += loop.edge(i);
-    }
-  }
-  const Curve turns = fewestSpans(count, kDegree + 1, [&](Index spans) {
-    return fairest({KnotVector::uniformClamped(kDegree, 3 * spans, 0, 3)}, {parameters, values}, count, count, {},
-                   limits);
-  });
-  const Index spans = (turns.size(0) - kDegree) / 3;
-  // Functions spans .. 2 spans + 2 are those alive in the middle turn; the last three repeat the first three.
-  std::vector<double> knots;
-  for (Index i = -kDegree; i <= spans + kDegree; ++i) {
-    knots.push_back(static_cast<double>(i) / static_cast<double>(spans));
-  }
-  Net net = turns.net().middleRows(spans, spans + kDegree);
-  for (Index i = 0; i < kDegree; ++i) {
-    net.row(i) = (net.row(i) + net.row(spans + i)).eval() / 2;
-    net.row(spans + i) = net.row(i);
-  }
-  return toClamped<1>(Curve({KnotVector(kDegree, std::move(knots))}, std::move(net)), 0);
+  Net net(static_cast<Index>(rows.size()), 2);
+  for (std::size_t i = 0; i < rows.size(); ++i) net.row(static_cast<Index>(i)) = rows[i].transpose();
+  return net;
 }
 
 // A loop's curves and how far its points are from them.
@@ -311,12 +223,13 @@ struct Pieces {
   Eigen::VectorXd errors;
 };
 
-// Between the corners; points that are pinned are corners, too, and stay where they are.
-Pieces fairPieces(const Loop& loop, const Limits& limits, bool sharpen, const std::vector<char>& pinned,
-                  const Eigen::AlignedBox2d& domain) {
+// Between the corners; points that are pinned are corners, too, and stay where they are. `edges`: the curves have to
+// follow the edges of the polygon, too, not its points only.
+Pieces fairPieces(const Loop& loop, const TubeLimits& limits, bool edges, const std::vector<char>& blunt,
+                  const std::vector<char>& pinned, const Eigen::AlignedBox2d& domain) {
   Pieces result;
   std::vector<CornerPoint> corners;
-  for (const CornerPoint& corner : findCorners(loop, sharpen)) {
+  for (const CornerPoint& corner : findCorners(loop, blunt)) {
     if (pinned[static_cast<std::size_t>(corner.number)] == 0) corners.push_back(corner);
   }
   for (CornerPoint& corner : corners) {
@@ -329,10 +242,6 @@ Pieces fairPieces(const Loop& loop, const Limits& limits, bool sharpen, const st
   for (const CornerPoint& corner : corners) result.starts.push_back(corner.number);
   result.errors = Eigen::VectorXd::Constant(loop.count(), std::numeric_limits<double>::infinity());
   const auto add = [&](Curve curve, Index first, Index count) {
-    Eigen::Ref<Net> net = curve.net();
-    for (Index k = 0; k < 2 && !domain.isEmpty(); ++k) {
-      net.col(k) = net.col(k).cwiseMax(domain.min()[k]).cwiseMin(domain.max()[k]);
-    }
     Net own(count, 2);
     for (Index k = 0; k < count; ++k) own.row(k) = loop.points().row(loop.wrapped(first + k));
     const Eigen::VectorXd distances = closestPoints<1>(curve, own).distances;
@@ -342,28 +251,34 @@ Pieces fairPieces(const Loop& loop, const Limits& limits, bool sharpen, const st
     }
     result.curves.push_back(std::move(curve));
   };
-  if (corners.empty()) add(fairRound(loop, limits), 0, loop.count());
+  if (corners.empty()) add(tubeAround(rowsOf(loop, 0, loop.count(), edges), limits, domain), 0, loop.count());
   for (std::size_t c = 0; c < corners.size(); ++c) {
     const CornerPoint &from = corners[c], &to = corners[(c + 1) % corners.size()];
     const Index steps = loop.wrapped(to.number - from.number - 1);
-    Net between(steps, 2);
-    for (Index k = 0; k < steps; ++k) between.row(k) = loop.points().row(loop.wrapped(from.number + 1 + k));
-    add(fairPiece(from.place, between, to.place, limits), from.number, steps + 2);
+    add(tubeBetween(from.place, rowsOf(loop, from.number + 1, steps, edges), to.place, limits, domain), from.number,
+        steps + 2);
   }
   return result;
 }
 
-FairLoop fairLoop(const Loop& loop, Limits limits, int round, const std::vector<char>& pinned,
+FairLoop fairLoop(const Loop& loop, TubeLimits limits, int round, const std::vector<char>& pinned,
                   const Eigen::AlignedBox2d& domain, std::vector<Index>& starts) {
   FairLoop result;
   result.points = loop.count();
   result.tolerance = limits.tolerance;
   result.pinned = std::count(pinned.begin(), pinned.end(), 1);
-  if (round > 0) limits = {limits.tolerance / 4, limits.noise / 4};
-  Pieces pieces = fairPieces(loop, limits, round == 0, pinned, domain);
-  if (round == 0 && pieces.errors.maxCoeff() > limits.tolerance) {
-    // The sharpened corners are too far from the points.
-    pieces = fairPieces(loop, limits, false, pinned, domain);
+  const double part = std::pow(kTighter, std::min(round, kTubes));
+  const double allowed = limits.tolerance;
+  limits = {limits.tolerance * part, limits.noise * part};
+  std::vector<char> blunt(pinned.size(), round > 0 ? 1 : 0);
+  Pieces pieces = fairPieces(loop, limits, round > 0, blunt, pinned, domain);
+  // First the corners are blunted that lie too far from the points, then all.
+  for (const bool all : {false, true}) {
+    if (pieces.errors.maxCoeff() <= allowed || round > 0) break;
+    for (std::size_t i = 0; i < blunt.size(); ++i) {
+      blunt[i] = all || pieces.errors[static_cast<Index>(i)] > allowed ? 1 : 0;
+    }
+    pieces = fairPieces(loop, limits, false, blunt, pinned, domain);
   }
   result.pieces = std::move(pieces.curves);
   result.corners = static_cast<Index>(pieces.starts.size()) - result.pinned;
@@ -419,16 +334,17 @@ std::vector<FairPart> fairBorders(const Eigen::Ref<const Net>& points, const Bor
     throw InvalidInput("the tolerance of border curves must be a positive length, or 0 to have it chosen");
   }
   std::vector<Loop> loops;
-  std::vector<Limits> limits;
+  std::vector<TubeLimits> limits;
   double least = std::numeric_limits<double>::infinity();
   const auto take = [&](const BorderLoop& loop) {
     loops.emplace_back(points, loop.points);
-    Limits own{options.tolerance, std::numeric_limits<double>::infinity()};
+    TubeLimits own{options.tolerance, std::numeric_limits<double>::infinity()};
     if (!(own.tolerance > 0)) {
       own = {kRagged * loop.spacing, std::max(kNoiseSlack * loops.back().raggedness(), kExact * loop.spacing)};
     }
+    own.tolerance = std::min(own.tolerance, std::abs(loop.area) / loops.back().length());
     limits.push_back(own);
-    least = std::min(least, own.tolerance);
+    least = std::min({least, own.tolerance, loop.spacing});
   };
   for (const BorderPart& part : borders.parts) {
     take(part.outer);
@@ -436,7 +352,7 @@ std::vector<FairPart> fairBorders(const Eigen::Ref<const Net>& points, const Bor
   }
   std::vector<std::vector<char>> pinned;
   for (const Loop& loop : loops) {
-    pinned.emplace_back(static_cast<std::size_t>(loop.count()), loop.count() < kDegree + 2 ? 1 : 0);
+    pinned.emplace_back(static_cast<std::size_t>(loop.count()), loop.count() < kFewestPoints ? 1 : 0);
   }
   std::vector<FairLoop> fair(loops.size());
   std::vector<CurveLoop> curves(loops.size());
@@ -453,7 +369,7 @@ std::vector<FairPart> fairBorders(const Eigen::Ref<const Net>& points, const Bor
     for (std::size_t i = 0; i < loops.size(); ++i) {
       todo[i] = !places[i].empty() && fair[i].pinned < fair[i].points ? 1 : 0;
       if (todo[i] == 0) continue;
-      const bool moved = ++rounds[i] <= 1 || pin(loops[i], places[i], starts[i], rounds[i], pinned[i]);
+      const bool moved = ++rounds[i] <= kTubes || pin(loops[i], places[i], starts[i], rounds[i] - kTubes, pinned[i]);
       if (!moved || rounds[i] >= kRounds) std::fill(pinned[i].begin(), pinned[i].end(), 1);
     }
   }

@@ -2,10 +2,9 @@
 //
 // Fair closed curves along the borders of a cloud: the trimming curves of a fitted surface.
 //
-// Between corners a loop is the cubic spline of least squares with the largest weight of the energy of bending that the
-// border allows: points may be as far from it as they stray from smooth lines themselves, so that a ragged border is
-// smoothed and an exact one is kept; or as far as a tolerance says. Loops without corners close with continuous
-// curvature.
+// Between corners a loop is the stiffest cubic spline that the border allows (tube_curve.h): points may be as far from
+// it as they stray from smooth lines themselves, so that a ragged border is smoothed and an exact one is kept; or as
+// far as a tolerance says. Loops without corners close with continuous curvature.
 
 #include <Eigen/Geometry>
 
@@ -15,7 +14,9 @@
 namespace strak {
 
 struct BorderCurveOptions {
-  double tolerance = 0;        // how far border points may be from their curve; 0: as far as they stray
+  // How far border points may be from their curve, but no farther than half the mean width of what the loop surrounds;
+  // 0: as far as they stray.
+  double tolerance = 0;
   Eigen::AlignedBox2d domain;  // the curves stay inside; empty: anywhere
 };
 
