@@ -124,8 +124,8 @@ Json writeTrimmedFit(const TrimArguments& arguments, const std::string& output, 
   }
   if (options.tolerance > 0 && largest > options.tolerance) {
     warnings.push_back(fmt::format(
-        "a border point is {} away from its trimming curve, farther than --trim-tolerance: unevenly spaced points "
-        "there are not followed more closely",
+        "a border point is {} away from its trimming curve, farther than --trim-tolerance: the border there is "
+        "too rough to be followed more closely",
         number(largest)));
   }
   if (pinned > 0) {

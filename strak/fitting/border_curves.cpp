@@ -16,11 +16,10 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr Index kFewestPoints = 5;  // of a loop that is more than a polygon
-constexpr double kRagged = 2;       // tolerance of a loop, in parts of the spacing of the points beside it
-constexpr double kArm = 5;          // length of the two arms that make a corner, in parts of the edges there
-constexpr Index kArmPoints = 4;     // at least
-constexpr int kEdgesAround = 6;     // whose median that is
+constexpr double kRagged = 2;    // tolerance of a loop, in parts of the spacing of the points beside it
+constexpr double kArm = 5;       // length of the two arms that make a corner, in parts of the edges there
+constexpr Index kArmPoints = 4;  // at least
+constexpr int kEdgesAround = 6;  // whose median that is
 constexpr double kCorner = std::numbers::pi / 180 * 60;
 constexpr double kBetterThanArc = 0.5;  // the error of two lines in parts of an arc's
 constexpr Index kHalfWindow = 3;        // points on both sides whose parabola shows how ragged a loop is
@@ -35,6 +34,7 @@ double cross(const Vector2d& a, const Vector2d& b) { return a[0] * b[1] - a[1] *
 constexpr int kPinned = 4;  // points on both sides of such a place, at most
 constexpr int kTubes = 2;   // rounds with less tolerance before points are pinned
 constexpr double kTighter = 0.25;
+constexpr int kTrials = 5;   // of a loop whose points are too far away
 constexpr int kRounds = 30;  // of fits; after the last the loops that are not clear become polygons
 
 struct CornerPoint {
@@ -223,20 +223,28 @@ struct Pieces {
   Eigen::VectorXd errors;
 };
 
-// Between the corners; points that are pinned are corners, too, and stay where they are. `edges`: the curves have to
+// What points of a loop are besides: corners that stay where their points are, and points that are made corners.
+struct Marks {
+  const std::vector<char>&blunt, &sharp, &pinned;
+  bool stays(Index i) const {
+    return sharp[static_cast<std::size_t>(i)] != 0 || pinned[static_cast<std::size_t>(i)] != 0;
+  }
+};
+
+// Between the corners; marked points are corners, too, and stay where they are. `edges`: the curves have to
 // follow the edges of the polygon, too, not its points only.
-Pieces fairPieces(const Loop& loop, const TubeLimits& limits, bool edges, const std::vector<char>& blunt,
-                  const std::vector<char>& pinned, const Eigen::AlignedBox2d& domain) {
+Pieces fairPieces(const Loop& loop, const TubeLimits& limits, bool edges, const Marks& marks,
+                  const Eigen::AlignedBox2d& domain) {
   Pieces result;
   std::vector<CornerPoint> corners;
-  for (const CornerPoint& corner : findCorners(loop, blunt)) {
-    if (pinned[static_cast<std::size_t>(corner.number)] == 0) corners.push_back(corner);
+  for (const CornerPoint& corner : findCorners(loop, marks.blunt)) {
+    if (!marks.stays(corner.number)) corners.push_back(corner);
   }
   for (CornerPoint& corner : corners) {
     if (!domain.isEmpty()) corner.place = corner.place.cwiseMax(domain.min()).cwiseMin(domain.max());
   }
   for (Index i = 0; i < loop.count(); ++i) {
-    if (pinned[static_cast<std::size_t>(i)] != 0) corners.push_back({i, loop.at(i)});
+    if (marks.stays(i)) corners.push_back({i, loop.at(i)});
   }
   std::sort(corners.begin(), corners.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
   for (const CornerPoint& corner : corners) result.starts.push_back(corner.number);
@@ -270,15 +278,19 @@ FairLoop fairLoop(const Loop& loop, TubeLimits limits, int round, const std::vec
   const double part = std::pow(kTighter, std::min(round, kTubes));
   const double allowed = limits.tolerance;
   limits = {limits.tolerance * part, limits.noise * part};
-  std::vector<char> blunt(pinned.size(), round > 0 ? 1 : 0);
-  Pieces pieces = fairPieces(loop, limits, round > 0, blunt, pinned, domain);
-  // First the corners are blunted that lie too far from the points, then all.
-  for (const bool all : {false, true}) {
-    if (pieces.errors.maxCoeff() <= allowed || round > 0) break;
-    for (std::size_t i = 0; i < blunt.size(); ++i) {
-      blunt[i] = all || pieces.errors[static_cast<Index>(i)] > allowed ? 1 : 0;
+  std::vector<char> blunt(pinned.size(), round > 0 ? 1 : 0), sharp(pinned.size(), 0);
+  Pieces pieces = fairPieces(loop, limits, round > 0, {blunt, sharp, pinned}, domain);
+  for (int trial = 0; trial < kTrials && pieces.errors.maxCoeff() > allowed; ++trial) {
+    // First the corners are blunted that lie too far from the points, then all; then the points that no smooth curve
+    // reaches are made corners.
+    for (Index i = 0; i < loop.count(); ++i) {
+      const double error = pieces.errors[i];
+      const auto at = static_cast<std::size_t>(i);
+      blunt[at] = trial > 0 || blunt[at] != 0 || error > allowed ? 1 : 0;
+      const bool largest = error >= pieces.errors[loop.wrapped(i - 1)] && error > pieces.errors[loop.wrapped(i + 1)];
+      if (trial > 1 && error > allowed && largest) sharp[at] = 1;
     }
-    pieces = fairPieces(loop, limits, false, blunt, pinned, domain);
+    pieces = fairPieces(loop, limits, round > 0, {blunt, sharp, pinned}, domain);
   }
   result.pieces = std::move(pieces.curves);
   result.corners = static_cast<Index>(pieces.starts.size()) - result.pinned;
@@ -352,7 +364,7 @@ std::vector<FairPart> fairBorders(const Eigen::Ref<const Net>& points, const Bor
   }
   std::vector<std::vector<char>> pinned;
   for (const Loop& loop : loops) {
-    pinned.emplace_back(static_cast<std::size_t>(loop.count()), loop.count() < kFewestPoints ? 1 : 0);
+    pinned.emplace_back(static_cast<std::size_t>(loop.count()), 0);
   }
   std::vector<FairLoop> fair(loops.size());
   std::vector<CurveLoop> curves(loops.size());

@@ -1,12 +1,15 @@
 #include "strak/fitting/tube_curve.h"
 
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
-#include "strak/fitting/least_squares.h"
+#include "strak/energy/gram.h"
 #include "strak/metrology/closest_points.h"
+#include "strak/spline/basis.h"
 #include "strak/spline/periodic.h"
 
 namespace strak {
@@ -35,12 +38,135 @@ struct Trial {
   bool within = false;
 };
 
-// `fit(breaks, weights, lambda)` makes a curve of the points with these parameters.
-template <typename Fitter>
+KnotVector clampedKnots(const Breaks& breaks) {
+  std::vector<double> knots(kDegree, breaks.front());
+  knots.insert(knots.end(), breaks.begin(), breaks.end());
+  knots.insert(knots.end(), kDegree, breaks.back());
+  return KnotVector(kDegree, std::move(knots));
+}
+
+KnotVector periodicKnots(const Breaks& breaks) {
+  const auto spans = static_cast<Index>(breaks.size()) - 1;
+  std::vector<double> knots;
+  for (Index i = -kDegree; i <= spans + kDegree; ++i) {
+    const Index turn = i < 0 ? -1 : i / spans;
+    knots.push_back(breaks[static_cast<std::size_t>(i - turn * spans)] + static_cast<double>(turn));
+  }
+  return KnotVector(kDegree, std::move(knots));
+}
+
+// The least squares problem on one set of knots. The control points of a closed curve are those of one turn; of an open
+// one the first and the last are given.
+class Smoother {
+ public:
+  Smoother(const Breaks& breaks, const Net& parameters, const Net& points, const Net& ends)
+      : points_(points),
+        knots_(ends.rows() == 0 ? periodicKnots(breaks) : clampedKnots(breaks)),
+        unknowns_(ends.rows() == 0 ? knots_.size() - kDegree : knots_.size()),
+        ends_(ends),
+        energy_(gramMatrix(knots_, 2, 2)) {
+    for (Index i = 0; i < parameters.rows(); ++i) {
+      const Index span = knots_.findSpan(parameters(i, 0));
+      Row& row = rows_.emplace_back();
+      row.first = span - kDegree;
+      basisDerivatives(knots_, span, parameters(i, 0), 0, row.values.data());
+    }
+  }
+
+  // The least of mean of w |error|^2 + stiffness * bending; control points inside the domain.
+  Curve curve(const Eigen::VectorXd& weights, double stiffness, const Eigen::AlignedBox2d& domain) const {
+    std::vector<Eigen::Triplet<double>> entries;
+    Net right = Net::Zero(unknowns_, 2);
+    for (Index i = 0; i < energy_.size; ++i) {
+      for (Index j = std::max<Index>(i - kDegree, 0); j <= std::min(i + kDegree, energy_.size - 1); ++j) {
+        entries.emplace_back(i % unknowns_, j % unknowns_, stiffness * energy_(i, j));
+      }
+    }
+    for (std::size_t p = 0; p < rows_.size(); ++p) {
+      const auto point = static_cast<Index>(p);
+      const double weight = weights[point] / static_cast<double>(rows_.size());
+      for (Index a = 0; a <= kDegree; ++a) {
+        const Index i = (rows_[p].first + a) % unknowns_;
+        const double own = weight * rows_[p].values[static_cast<std::size_t>(a)];
+        right.row(i) += own * points_.row(point);
+        for (Index b = 0; b <= kDegree; ++b) {
+          entries.emplace_back(i, (rows_[p].first + b) % unknowns_, own * rows_[p].values[static_cast<std::size_t>(b)]);
+        }
+      }
+    }
+    SparseMatrix matrix(unknowns_, unknowns_);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    Net net = Net::Zero(unknowns_, 2);
+    std::vector<char> held(static_cast<std::size_t>(unknowns_), 0);
+    if (ends_.rows() > 0) {
+      held.front() = held.back() = 1;
+      net.row(0) = ends_.row(0);
+      net.row(unknowns_ - 1) = ends_.row(1);
+    }
+    for (Index k = 0; k < 2; ++k) solve(matrix, right.col(k), held, domain, k, net);
+    Net all(knots_.size(), 2);
+    for (Index i = 0; i < all.rows(); ++i) all.row(i) = net.row(i % unknowns_);
+    Curve curve({knots_}, std::move(all));
+    return ends_.rows() == 0 ? inside(toClamped<1>(curve, 0), domain) : curve;
+  }
+
+ private:
+  using SparseMatrix = Eigen::SparseMatrix<double>;
+  struct Row {  // of the functions that are not zero at a point
+    Index first = 0;
+    std::array<double, kDegree + 1> values{};
+  };
+
+  // Coordinates that leave the domain stay on its border, and the others follow.
+  void solve(const SparseMatrix& matrix, Eigen::VectorXd right, std::vector<char> held,
+             const Eigen::AlignedBox2d& domain, Index k, Net& net) const {
+    for (int round = 0;; ++round) {
+      SparseMatrix own = matrix;
+      Eigen::VectorXd rest = right;
+      for (Index column = 0; column < unknowns_; ++column) {
+        const bool given = held[static_cast<std::size_t>(column)] != 0;
+        for (SparseMatrix::InnerIterator entry(own, column); entry; ++entry) {
+          if (given && held[static_cast<std::size_t>(entry.row())] == 0)
+            rest[entry.row()] -= entry.value() * net(column, k);
+          if (given || held[static_cast<std::size_t>(entry.row())] != 0)
+            entry.valueRef() = entry.row() == column ? 1 : 0;
+        }
+        if (given) rest[column] = net(column, k);
+      }
+      net.col(k) = Eigen::SimplicialLDLT<SparseMatrix>(own).solve(rest);
+      bool any = false;
+      for (Index i = 0; i < unknowns_ && !domain.isEmpty(); ++i) {
+        if (net(i, k) >= domain.min()[k] && net(i, k) <= domain.max()[k]) continue;
+        net(i, k) = std::clamp(net(i, k), domain.min()[k], domain.max()[k]);
+        any = std::exchange(held[static_cast<std::size_t>(i)], 1) == 0 || any;
+      }
+      if (!any || round == kHoldings) return;
+    }
+  }
+
+  // What rounding may leave.
+  static Curve inside(Curve curve, const Eigen::AlignedBox2d& domain) {
+    Eigen::Ref<Net> net = curve.net();
+    for (Index k = 0; k < 2 && !domain.isEmpty(); ++k) {
+      net.col(k) = net.col(k).cwiseMax(domain.min()[k]).cwiseMin(domain.max()[k]);
+    }
+    return curve;
+  }
+
+  const Net& points_;
+  KnotVector knots_;
+  Index unknowns_;
+  const Net& ends_;
+  BandMatrix energy_;
+  std::vector<Row> rows_;
+};
+
 class Tube {
  public:
-  Tube(const Net& parameters, const Net& points, const TubeLimits& limits, const Fitter& fit)
-      : parameters_(parameters), points_(points), limits_(limits), fit_(fit) {}
+  // Ends: two rows, or none of a closed curve.
+  Tube(const Net& parameters, const Net& points, const Net& ends, const TubeLimits& limits,
+       const Eigen::AlignedBox2d& domain)
+      : parameters_(parameters), points_(points), ends_(ends), limits_(limits), domain_(domain) {}
 
   Curve curve(Index leastSpans) const {
     const Index spans = std::clamp<Index>(points_.rows() / 2, leastSpans, kFirstSpans);
@@ -66,10 +192,12 @@ class Tube {
     double shortest = 1;
     for (std::size_t i = 1; i < breaks.size(); ++i) shortest = std::min(shortest, breaks[i] - breaks[i - 1]);
     const double stiffest = std::min(kStiffest, kStiffestCubed * std::pow(shortest, 3));
+    const Smoother smoother(breaks, parameters_, points_, ends_);
     Eigen::VectorXd weights = Eigen::VectorXd::Ones(points_.rows());
     Trial best;
     for (int step = 0; step < kSteps; ++step) {
-      Curve curve = fit_(breaks, weights, stiffest / weights.mean());
+      Curve curve = smoother.curve(weights, stiffest, domain_);
+      if (!curve.net().allFinite()) break;  // weights too different for rounding
       Eigen::VectorXd errors = closestPointsFrom<1>(curve, points_, parameters_).distances;
       const bool noisy = std::sqrt(errors.squaredNorm() / static_cast<double>(errors.size())) > limits_.noise;
       const double excess = (errors.array() - limits_.tolerance).max(0).square().sum();
@@ -118,51 +246,10 @@ class Tube {
 
   const Net& parameters_;
   const Net& points_;
+  const Net& ends_;
   TubeLimits limits_;
-  const Fitter& fit_;
+  Eigen::AlignedBox2d domain_;
 };
-
-KnotVector clampedKnots(const Breaks& breaks) {
-  std::vector<double> knots(kDegree, breaks.front());
-  knots.insert(knots.end(), breaks.begin(), breaks.end());
-  knots.insert(knots.end(), kDegree, breaks.back());
-  return KnotVector(kDegree, std::move(knots));
-}
-
-FitOptions<1> bending(double lambda) {
-  FitOptions<1> options;
-  options.energy = thinPlate<1>();
-  options.scale = ParameterScale::unit;
-  options.smoothing = Smoothing::fixed(lambda);
-  return options;
-}
-
-// The curve of least squares whose control points lie in the domain: coordinates that leave it stay on its border, and
-// the others follow.
-Curve fitInside(const KnotVector& knots, const FitPoints<1>& points, FitOptions<1> options,
-                const Eigen::AlignedBox2d& domain) {
-  Curve curve = fitLeastSquares<1>({knots}, points, options).spline;
-  Net net = curve.net();
-  for (Index k = 0; k < 2 && !domain.isEmpty(); ++k) {
-    const auto leaves = [&](Index i) { return net(i, k) < domain.min()[k] || net(i, k) > domain.max()[k]; };
-    const Net values = points.values.col(k);
-    FitOptions<1> own = options;
-    own.heldNet = options.held.empty() ? Net::Zero(net.rows(), 1) : Net(options.heldNet.col(k));
-    for (int round = 0;; ++round) {
-      bool any = false;
-      for (Index i = 0; i < net.rows(); ++i) {
-        if (!leaves(i)) continue;
-        any = true;
-        net(i, k) = own.heldNet(i, 0) = std::clamp(net(i, k), domain.min()[k], domain.max()[k]);
-        own.held.push_back(i);
-      }
-      if (!any || round == kHoldings) break;
-      net.col(k) = fitLeastSquares<1>({knots}, {points.parameters, values, points.weights}, own).spline.net();
-    }
-  }
-  curve.net() = net;
-  return curve;
-}
 
 Curve lineBetween(const Vector2d& from, const Vector2d& to) {
   Net net(kDegree + 1, 2);
@@ -171,24 +258,6 @@ Curve lineBetween(const Vector2d& from, const Vector2d& to) {
   }
   net.row(kDegree) = to.transpose();
   return Curve({KnotVector::uniformClamped(kDegree, 1)}, std::move(net));
-}
-
-// The middle one of three turns on these breaks.
-Curve closed(const Curve& turns, const Breaks& breaks) {
-  const auto spans = static_cast<Index>(breaks.size()) - 1;
-  const auto knotAt = [&](Index i) {
-    const Index turn = i < 0 ? -1 : i / spans;
-    return breaks[static_cast<std::size_t>(i - turn * spans)] + static_cast<double>(turn);
-  };
-  // Functions spans .. 2 spans + 2 are those alive in the middle turn; the last three repeat the first three.
-  std::vector<double> knots;
-  for (Index i = -kDegree; i <= spans + kDegree; ++i) knots.push_back(knotAt(i));
-  Net net = turns.net().middleRows(spans, spans + kDegree);
-  for (Index i = 0; i < kDegree; ++i) {
-    net.row(i) = (net.row(i) + net.row(spans + i)).eval() / 2;
-    net.row(spans + i) = net.row(i);
-  }
-  return toClamped<1>(Curve({KnotVector(kDegree, std::move(knots))}, std::move(net)), 0);
 }
 
 }  // namespace
@@ -206,16 +275,9 @@ Curve tubeBetween(const Vector2d& from, const Net& between, const Vector2d& to, 
     parameters(i, 0) = gone;
   }
   parameters /= gone + (to - last).norm();
-  const auto fit = [&](const Breaks& breaks, const Eigen::VectorXd& weights, double lambda) {
-    const KnotVector knots = clampedKnots(breaks);
-    FitOptions<1> options = bending(lambda);
-    options.held = {0, knots.size() - 1};
-    options.heldNet = Net::Zero(knots.size(), 2);
-    options.heldNet.row(0) = from.transpose();
-    options.heldNet.row(knots.size() - 1) = to.transpose();
-    return fitInside(knots, {parameters, between, weights}, options, domain);
-  };
-  return Tube(parameters, between, limits, fit).curve(1);
+  Net ends(2, 2);
+  ends << from.transpose(), to.transpose();
+  return Tube(parameters, between, ends, limits, domain).curve(1);
 }
 
 Curve tubeAround(const Net& points, const TubeLimits& limits, const Eigen::AlignedBox2d& domain) {
@@ -227,26 +289,7 @@ Curve tubeAround(const Net& points, const TubeLimits& limits, const Eigen::Align
     gone += (points.row((i + 1) % count) - points.row(i)).norm();
   }
   parameters /= gone;
-  Net allParameters(3 * count, 1), allPoints(3 * count, 2);
-  for (Index turn = 0; turn < 3; ++turn) {
-    allParameters.middleRows(turn * count, count) = parameters.array() + static_cast<double>(turn);
-    allPoints.middleRows(turn * count, count) = points;
-  }
-  const auto fit = [&](const Breaks& breaks, const Eigen::VectorXd& weights, double lambda) {
-    Breaks turns = breaks;
-    for (int turn = 1; turn < 3; ++turn) {
-      for (std::size_t i = 1; i < breaks.size(); ++i) turns.push_back(breaks[i] + turn);
-    }
-    const Eigen::VectorXd allWeights = weights.replicate(3, 1);
-    Curve curve =
-        closed(fitInside(clampedKnots(turns), {allParameters, allPoints, allWeights}, bending(lambda), domain), breaks);
-    for (Index k = 0; k < 2 && !domain.isEmpty(); ++k) {  // which rounding may leave
-      Eigen::Ref<Net> net = curve.net();
-      net.col(k) = net.col(k).cwiseMax(domain.min()[k]).cwiseMin(domain.max()[k]);
-    }
-    return curve;
-  };
-  return Tube(parameters, points, limits, fit).curve(kDegree + 1);
+  return Tube(parameters, points, Net(0, 2), limits, domain).curve(kDegree + 1);
 }
 
 }  // namespace strak

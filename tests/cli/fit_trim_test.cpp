@@ -116,6 +116,16 @@ TEST_F(FitTrim, AMeasuredSheetWithBays) {
   EXPECT_LT(trimming["largest_gap"].get<double>(), 1e-5);
   const double area = trimming["area"], triangles = trimming["area_of_triangles"];
   EXPECT_NEAR(area, triangles, 0.02 * triangles);
+  // Distances of its border points vary from 0.5 to 72.
+  for (const char* tolerance : {"5", "0.5", "0.02"}) {
+    const auto tight = json({"fit", std::filesystem::absolute(input).string(), "-o", path("out.step"), "--kind",
+                             "surface", "--tolerance", "0.5", "--share", "99", "--trim", "auto", "--trim-tolerance",
+                             tolerance})["objects"][0]["trimming"];
+    EXPECT_TRUE(tight["valid"]);
+    EXPECT_LE(tight["loops"][0]["deviation"].get<double>(), std::stod(tolerance));
+    EXPECT_EQ(tight["loops"][0]["pinned"], 0);
+    EXPECT_LE(tight["loops"][0]["corners"], 8);
+  }
 }
 
 }  // namespace

@@ -122,6 +122,33 @@ TEST(BorderCurves, AToleranceIsKept) {
   }
 }
 
+// Borders with spikes, at a fiftieth of the spacing.
+TEST(BorderCurves, ATightToleranceIsKeptOnRaggedBordersWithoutStraightLines) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    const Net points =
+        randomPoints(500, seed, [](double x, double y) { return std::fmod(5 * x * x + 3 * y, 1) < 0.7; });
+    BorderCurveOptions options;
+    options.domain = {Eigen::Vector2d(points.colwise().minCoeff()), Eigen::Vector2d(points.colwise().maxCoeff())};
+    options.tolerance = 0.001;
+    BorderOptions gaps;
+    gaps.gap = 0.13;
+    for (const FairLoop& loop : loopsOf(fairBorders(points, findBorders(points, gaps), options))) {
+      EXPECT_LE(loop.deviation, options.tolerance) << seed;
+      EXPECT_EQ(loop.pinned, 0) << seed;
+    }
+  }
+}
+
+// A tolerance wider than the cloud does not let its curve collapse.
+TEST(BorderCurves, AHugeToleranceLeavesTheShape) {
+  const Net points = randomPoints(2000, 3, onSheet);
+  BorderCurveOptions options;
+  options.tolerance = 1e6;
+  const auto parts = fairBorders(points, findBorders(points), options);
+  EXPECT_GT(parts[0].outer.area, 0.8);
+  EXPECT_EQ(parts[0].outer.pinned, 0);
+}
+
 TEST(BorderCurves, NoCurveCrossesAnotherNorLeavesTheDomain) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
     const Net points =
