@@ -303,8 +303,8 @@ void write(FitTask<D>& task, const FitColumns& columns) {
   const std::string name = std::filesystem::path(arguments.input).stem().string();
   if constexpr (D == 2) {
     if (!arguments.trim.gap.empty()) {
-      report.trimming = writeTrimmedFit(arguments.trim, arguments.output, inSpace, task.input.parameters,
-                                        lengthsOfUnits(spline), name, report.summary.warnings);
+      report.trimming = writeTrimmedFit(arguments.trim, arguments.output, inSpace, task.input.parameters, function,
+                                        name, report.summary.warnings);
       return;
     }
   }

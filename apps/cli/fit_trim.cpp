@@ -7,17 +7,69 @@
 #include "apps/cli/console.h"
 #include "apps/cli/values.h"
 #include "strak/base/error.h"
-#include "strak/energy/parameter_scale.h"
 #include "strak/exchange/model.h"
 #include "strak/exchange/trimmed_surface.h"
 #include "strak/fitting/border_curves.h"
+#include "strak/spline/evaluate.h"
 
 namespace strak::cli {
 
 namespace {
 
+constexpr int kTightenings = 3;
+constexpr double kTightened = 0.9;
+constexpr double kFewLeftOut = 0.01;  // of the points: not worth a word
+
 double lengthOrAuto(const char* option, const std::string& text) {
   return text.empty() || text == "auto" ? 0 : positiveNumber(option, text);
+}
+
+// How long a unit of u and of v is: the median at some of the points. Where there are none a surface may do anything.
+std::array<double, 2> lengthsOfUnits(const Surface& surface, const Eigen::Ref<const Net>& parameters) {
+  constexpr Index kSome = 5000;
+  const Index step = (parameters.rows() + kSome - 1) / kSome, count = (parameters.rows() + step - 1) / step;
+  Net some(count, 2);
+  for (Index i = 0; i < count; ++i) {
+    for (int k = 0; k < 2; ++k) {
+      some(i, k) = std::clamp(parameters(i * step, k), surface.knots(k).from(), surface.knots(k).to());
+    }
+  }
+  const Net derivatives = derivativesAt<2>(surface, some, 1);
+  const Index dimension = surface.pointDimension();
+  std::array<double, 2> lengths{1, 1};
+  for (Index k = 0; k < 2; ++k) {
+    Eigen::VectorXd norms = derivatives.middleCols((k + 1) * dimension, dimension).rowwise().norm();
+    std::nth_element(norms.begin(), norms.begin() + count / 2, norms.end());
+    if (norms[count / 2] > 0) lengths[static_cast<std::size_t>(k)] = norms[count / 2];
+  }
+  return lengths;
+}
+
+// How far the border points of a loop are in space from the nearest places of its curves in the plane.
+double deviationInSpace(const Surface& surface, const Net& places, const BorderLoop& border, const FairLoop& loop,
+                        const std::array<double, 2>& lengths) {
+  double largest = 0;
+  const auto at = [&](const auto& place) {
+    return evaluate<2>(surface, {place[0] / lengths[0], place[1] / lengths[1]});
+  };
+  for (Index i = 0; i < loop.points; ++i) {
+    const auto point = places.row(border.points[static_cast<std::size_t>(i)]);
+    largest = std::max(largest, (at(point) - at(loop.feet.row(i))).norm());
+  }
+  return largest;
+}
+
+double deviationInSpace(const Surface& surface, const Net& places, const Borders& borders,
+                        const std::vector<FairPart>& fair, const std::array<double, 2>& lengths) {
+  double largest = 0;
+  for (std::size_t p = 0; p < fair.size(); ++p) {
+    const BorderPart& part = borders.parts[p];
+    largest = std::max(largest, deviationInSpace(surface, places, part.outer, fair[p].outer, lengths));
+    for (std::size_t h = 0; h < part.holes.size(); ++h) {
+      largest = std::max(largest, deviationInSpace(surface, places, part.holes[h], fair[p].holes[h], lengths));
+    }
+  }
+  return largest;
 }
 
 // The rows inside the domain, in lengths.
@@ -64,14 +116,10 @@ void requireTrimmable(const TrimArguments& arguments, const std::string& output,
   }
 }
 
-std::array<double, 2> lengthsOfUnits(const Surface& fit) {
-  const auto scaled = scaledKnots<2>(fit, ParameterScale::lengths);
-  return {scaled[0].length() / fit.knots(0).length(), scaled[1].length() / fit.knots(1).length()};
-}
-
 Json writeTrimmedFit(const TrimArguments& arguments, const std::string& output, const Surface& surface,
-                     const Eigen::Ref<const Net>& parameters, const std::array<double, 2>& lengths,
-                     const std::string& name, std::vector<std::string>& warnings) {
+                     const Eigen::Ref<const Net>& parameters, bool function, const std::string& name,
+                     std::vector<std::string>& warnings) {
+  const std::array<double, 2> lengths = function ? std::array<double, 2>{1, 1} : lengthsOfUnits(surface, parameters);
   const Net places = placesInside(surface, parameters, lengths);
   BorderOptions gaps;
   gaps.gap = lengthOrAuto("--trim", arguments.gap);
@@ -81,7 +129,15 @@ Json writeTrimmedFit(const TrimArguments& arguments, const std::string& output, 
   const KnotVector &u = surface.knots(0), &v = surface.knots(1);
   options.domain = {Eigen::Vector2d(u.from() * lengths[0], v.from() * lengths[1]),
                     Eigen::Vector2d(u.to() * lengths[0], v.to() * lengths[1])};
-  const std::vector<FairPart> fair = fairBorders(places, borders, options);
+  std::vector<FairPart> fair = fairBorders(places, borders, options);
+  const double tolerance = options.tolerance;
+  double inSpace = function ? 0 : deviationInSpace(surface, places, borders, fair, lengths);
+  // Lengths in the plane are those of the middle: where the surface is longer the tolerance is tighter.
+  for (int round = 0; round < kTightenings && tolerance > 0 && inSpace > tolerance; ++round) {
+    options.tolerance *= kTightened * tolerance / inSpace;
+    fair = fairBorders(places, borders, options);
+    inSpace = deviationInSpace(surface, places, borders, fair, lengths);
+  }
 
   Json loops = Json::array();
   Index pinned = 0;
@@ -122,11 +178,19 @@ Json writeTrimmedFit(const TrimArguments& arguments, const std::string& output, 
     warnings.push_back(
         fmt::format("the points lie in {} separate parts: the file has a trimmed face for each", parts.size()));
   }
-  if (options.tolerance > 0 && largest > options.tolerance) {
+  if (!function) largest = inSpace;
+  if (tolerance > 0 && largest > tolerance) {
     warnings.push_back(fmt::format(
         "a border point is {} away from its trimming curve, farther than --trim-tolerance: the border there is "
         "too rough to be followed more closely",
         number(largest)));
+  }
+  const Index leftOut = borders.leftOut + parameters.rows() - places.rows();
+  if (static_cast<double>(leftOut) > kFewLeftOut * static_cast<double>(parameters.rows())) {
+    warnings.push_back(
+        fmt::format("{} of {} points lie beyond the trimmed faces: alone, in parts too small for a face, "
+                    "or beside the surface",
+                    leftOut, parameters.rows()));
   }
   if (pinned > 0) {
     warnings.push_back(fmt::format(
@@ -139,7 +203,8 @@ Json writeTrimmedFit(const TrimArguments& arguments, const std::string& output, 
           {"loops", loops},
           {"gap", borders.gap},
           {"spacing", borders.spacing},
-          {"left_out", borders.leftOut + parameters.rows() - places.rows()},
+          {"deviation", largest},
+          {"left_out", leftOut},
           {"area", area},
           {"area_of_triangles", triangles},
           {"area_share", area / options.domain.volume()},
@@ -149,18 +214,17 @@ Json writeTrimmedFit(const TrimArguments& arguments, const std::string& output, 
 
 void printTrimming(const Json& trimming) {
   const Json& loops = trimming["loops"];
-  double largest = 0;
   std::size_t holes = 0;
   for (const Json& loop : loops) {
-    largest = std::max(largest, loop["deviation"].get<double>());
     holes += loop["hole"].get<bool>() ? 1 : 0;
   }
   fmt::print("trimmed     {} face{} with {} hole{} wider than {}: {:.1f} % of the domain, {} points left out\n",
              trimming["faces"].dump(), trimming["faces"] == 1 ? "" : "s", holes, holes == 1 ? "" : "s",
              number(trimming["gap"].get<double>()), 100 * trimming["area_share"].get<double>(),
              trimming["left_out"].dump());
-  fmt::print("            curves within {} of the border points; {}, edges within {} of the surface\n", number(largest),
-             trimming["valid"].get<bool>() ? "valid" : "not valid", number(trimming["largest_gap"].get<double>()));
+  fmt::print("            curves within {} of the border points; {}, edges within {} of the surface\n",
+             number(trimming["deviation"].get<double>()), trimming["valid"].get<bool>() ? "valid" : "not valid",
+             number(trimming["largest_gap"].get<double>()));
 }
 
 }  // namespace strak::cli

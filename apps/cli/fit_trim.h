@@ -3,7 +3,6 @@
 // `strak fit --trim`: the borders of the cloud as trimming curves of the surface.
 
 #include <CLI/CLI.hpp>
-#include <array>
 #include <string>
 #include <vector>
 
@@ -21,14 +20,13 @@ void addTrimOptions(CLI::App& command, TrimArguments& arguments);
 // Throws InvalidInput if trimming is asked for and the output cannot hold it, or for a curve.
 void requireTrimmable(const TrimArguments& arguments, const std::string& output, int directions);
 
-// How long a unit of u and of v is on a surface; 1 for a function, whose parameters are lengths.
-std::array<double, 2> lengthsOfUnits(const Surface& fit);
-
 // Writes the surface with a face for each part of the points with these parameters, reads the file again and checks it.
-// `lengths`: lengthsOfUnits. Adds to the warnings what is worth a word; returns what the report says.
+// `function`: the graph of one, whose parameters are lengths; other parameters count with the median length of a unit
+// at the points, and a tolerance is kept in space. Adds to the warnings what is worth a word; returns what the report
+// says.
 Json writeTrimmedFit(const TrimArguments& arguments, const std::string& output, const Surface& surface,
-                     const Eigen::Ref<const Net>& parameters, const std::array<double, 2>& lengths,
-                     const std::string& name, std::vector<std::string>& warnings);
+                     const Eigen::Ref<const Net>& parameters, bool function, const std::string& name,
+                     std::vector<std::string>& warnings);
 
 void printTrimming(const Json& trimming);
 

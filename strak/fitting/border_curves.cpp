@@ -32,7 +32,7 @@ constexpr double kClearance = 1e-3;  // of the spacing: how near curves may come
 double cross(const Vector2d& a, const Vector2d& b) { return a[0] * b[1] - a[1] * b[0]; }
 
 constexpr int kPinned = 4;  // points on both sides of such a place, at most
-constexpr int kTubes = 2;   // rounds with less tolerance before points are pinned
+constexpr int kTubes = 3;   // rounds with less tolerance before points are pinned
 constexpr double kTighter = 0.25;
 constexpr int kTrials = 5;   // of a loop whose points are too far away
 constexpr int kRounds = 30;  // of fits; after the last the loops that are not clear become polygons
@@ -122,6 +122,7 @@ class Loop {
   // errors left out (corners).
   double raggedness() const {
     std::vector<double> variances;
+    if (count_ <= 2 * kHalfWindow) return 0;
     for (Index i = 0; i < count_; ++i) {
       const Vector2d along = (at(i + kHalfWindow) - at(i - kHalfWindow)).normalized(), across(-along[1], along[0]);
       Eigen::Matrix<double, 2 * kHalfWindow + 1, 3> powers;
@@ -158,7 +159,9 @@ double turning(const Loop::Arm& before, const Loop::Arm& after) {
 // Points where the loop turns sharply, and where the lines on both sides meet; those that are `blunt` stay themselves.
 std::vector<CornerPoint> findCorners(const Loop& loop, const std::vector<char>& blunt) {
   constexpr Index kFewest = 12;  // points: less is no loop with arms
+  constexpr Index kPolygon = 4;  // points, at most: whatever rounds them is guessed
   std::vector<CornerPoint> corners;
+  for (Index i = 0; i < loop.count() && loop.count() <= kPolygon; ++i) corners.push_back({i, loop.at(i)});
   if (loop.count() < kFewest) return corners;
   std::vector<double> turns(static_cast<std::size_t>(loop.count()), 0);
   for (Index i = 0; i < loop.count(); ++i) {
@@ -221,6 +224,7 @@ struct Pieces {
   CurveLoop curves;
   std::vector<Index> starts;  // of each curve: the number of its corner; none for a loop without corners
   Eigen::VectorXd errors;
+  Net feet;  // the nearest places
 };
 
 // What points of a loop are besides: corners that stay where their points are, and points that are made corners.
@@ -249,13 +253,16 @@ Pieces fairPieces(const Loop& loop, const TubeLimits& limits, bool edges, const 
   std::sort(corners.begin(), corners.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
   for (const CornerPoint& corner : corners) result.starts.push_back(corner.number);
   result.errors = Eigen::VectorXd::Constant(loop.count(), std::numeric_limits<double>::infinity());
+  result.feet = loop.points();
   const auto add = [&](Curve curve, Index first, Index count) {
     Net own(count, 2);
     for (Index k = 0; k < count; ++k) own.row(k) = loop.points().row(loop.wrapped(first + k));
-    const Eigen::VectorXd distances = closestPoints<1>(curve, own).distances;
+    const ClosestPoints<1> nearest = closestPoints<1>(curve, own);
     for (Index k = 0; k < count; ++k) {
-      double& error = result.errors[loop.wrapped(first + k)];
-      error = std::min(error, distances[k]);
+      const Index i = loop.wrapped(first + k);
+      if (nearest.distances[k] >= result.errors[i]) continue;
+      result.errors[i] = nearest.distances[k];
+      result.feet.row(i) = nearest.points.row(k);
     }
     result.curves.push_back(std::move(curve));
   };
@@ -277,7 +284,7 @@ FairLoop fairLoop(const Loop& loop, TubeLimits limits, int round, const std::vec
   result.pinned = std::count(pinned.begin(), pinned.end(), 1);
   const double part = std::pow(kTighter, std::min(round, kTubes));
   const double allowed = limits.tolerance;
-  limits = {limits.tolerance * part, limits.noise * part};
+  limits = {limits.tolerance * part, limits.noise / part};  // near the edges, but not along each of their kinks
   std::vector<char> blunt(pinned.size(), round > 0 ? 1 : 0), sharp(pinned.size(), 0);
   Pieces pieces = fairPieces(loop, limits, round > 0, {blunt, sharp, pinned}, domain);
   for (int trial = 0; trial < kTrials && pieces.errors.maxCoeff() > allowed; ++trial) {
@@ -295,6 +302,7 @@ FairLoop fairLoop(const Loop& loop, TubeLimits limits, int round, const std::vec
   result.pieces = std::move(pieces.curves);
   result.corners = static_cast<Index>(pieces.starts.size()) - result.pinned;
   starts = std::move(pieces.starts);
+  result.feet = std::move(pieces.feet);
   result.deviation = pieces.errors.maxCoeff();
   result.rms = std::sqrt(pieces.errors.squaredNorm() / static_cast<double>(loop.count()));
   return result;

@@ -23,6 +23,7 @@ struct BorderCurveOptions {
 struct FairLoop {
   CurveLoop pieces;  // cubic, clamped; an end of a piece is the beginning of the next to the bit; the cloud to the left
   Index points = 0;  // border points
+  Net feet;          // of each, the nearest place on the curves
   Index corners = 0;
   double tolerance = 0;
   double deviation = 0, rms = 0;  // of the border points from the curve

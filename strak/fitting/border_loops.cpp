@@ -18,6 +18,7 @@ using Corner = std::size_t;  // of a triangle: 0, 1, 2
 constexpr double kUsualTriangle = 0.75;  // quantile of the circles' radii in parts of the spacing
 constexpr double kLargeTriangle = 2.75;  // in parts of the usual one: random points hardly leave such a circle empty
 constexpr double kRaggedTriangle = 2;    // beside a hole or the outside: from here on it belongs to that
+constexpr double kDensityJump = 8;       // between neighbours: more is no sparser region but something else
 constexpr double kSmallestHole = 2;      // its area in parts of the square of such a large radius
 
 Corner next(Corner k) { return (k + 1) % 3; }
@@ -118,6 +119,23 @@ class Shape {
       all.push_back(around_[v]);
     }
     spacing_ = medianOf(all);
+    limitGrowth();
+  }
+
+  // At the tip of a spike most edges are long ones to other tips; but no spacing grows faster than with the distance.
+  void limitGrowth() {
+    constexpr double kGrowth = 0.5;
+    constexpr int kSweeps = 4;
+    const auto relax = [&](std::size_t v) {
+      for (std::size_t i = first_[v]; i < first_[v + 1]; ++i) {
+        const double there = around_[static_cast<std::size_t>(neighbours_[i])];
+        if (there >= around_[v]) continue;
+        around_[v] = std::min(around_[v], there + kGrowth * distance(static_cast<std::int32_t>(v), neighbours_[i]));
+      }
+    };
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      for (std::size_t v = 0; v < around_.size(); ++v) relax(sweep % 2 == 0 ? v : around_.size() - 1 - v);
+    }
   }
 
   // The radius of the circumscribed circle.
@@ -131,8 +149,12 @@ class Shape {
     kept_.assign(count, 0);
     std::vector<double> ratio(count);
     for (std::size_t t = 0; t < count; ++t) {
-      double scale = 0;
-      for (std::int32_t v : mesh_.triangles[t]) scale = std::max(scale, around_[static_cast<std::size_t>(v)]);
+      double scale = 0, least = std::numeric_limits<double>::infinity();
+      for (std::int32_t v : mesh_.triangles[t]) {
+        scale = std::max(scale, around_[static_cast<std::size_t>(v)]);
+        least = std::min(least, around_[static_cast<std::size_t>(v)]);
+      }
+      scale = std::min(scale, kDensityJump * least);
       ratio[t] = area(t) > 0 ? radius(t) / scale : std::numeric_limits<double>::infinity();
     }
     std::vector<double> sorted = ratio;
@@ -268,13 +290,22 @@ class Shape {
     if (parts.empty()) {
       throw InvalidInput("no two points are nearer to one another than the gap that counts as a hole: use a wider one");
     }
-    std::vector<std::size_t> order(parts.size());
+    // Outliers are few, however far apart.
+    std::vector<std::size_t> triangles(parts.size(), 0), order(parts.size());
+    for (std::int32_t p : part) {
+      if (p >= 0) ++triangles[static_cast<std::size_t>(p)];
+    }
+    const auto most =
+        static_cast<std::size_t>(std::max_element(triangles.begin(), triangles.end()) - triangles.begin());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return parts[a].area > parts[b].area; });
     std::vector<std::int32_t> rank(parts.size(), -1);
     for (std::size_t i : order) {
-      if (parts[i].area < options_.smallestPart * parts[order.front()].area) break;
+      if (parts[i].area < options_.smallestPart * parts[most].area ||
+          static_cast<double>(triangles[i]) < options_.smallestPart * static_cast<double>(triangles[most])) {
+        continue;
+      }
       rank[i] = static_cast<std::int32_t>(result.parts.size());
       result.parts.push_back(parts[i]);
     }

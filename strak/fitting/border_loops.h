@@ -15,7 +15,7 @@ struct BorderOptions {
   // Holes that a circle of this diameter fits into are holes, and so are bays of the border; 0: chosen by the spacing
   // of the points around.
   double gap = 0;
-  double smallestPart = 0.02;  // parts with less of the area of the largest are outliers
+  double smallestPart = 0.02;  // parts with less of the points or the area of the one with most points are outliers
 };
 
 struct BorderLoop {

@@ -119,6 +119,34 @@ TEST(BorderLoops, PartsAndOutliers) {
   EXPECT_LE(borders.leftOut, 5);
 }
 
+// The tips of spikes have edges to one another: needles of triangles between them are not of the cloud.
+TEST(BorderLoops, NoBorderRunsFromSpikeToSpike) {
+  const auto star = [](double x, double y) {
+    const double turn = std::atan2(y - 0.5, x - 0.5) * 12 / 3.14159265358979;
+    return std::hypot(x - 0.5, y - 0.5) < 0.25 + 0.2 * std::abs(turn - 2 * std::floor(turn / 2) - 1);
+  };
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    const Net points = randomPoints(2500, seed, star);
+    const Borders borders = findBorders(points);
+    ASSERT_EQ(borders.parts.size(), 1U) << seed;
+    const std::vector<Index>& loop = borders.parts[0].outer.points;
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      EXPECT_LT((points.row(loop[i]) - points.row(loop[(i + 1) % loop.size()])).norm(), 0.1) << seed;
+    }
+  }
+}
+
+// Few points far away, however wide the area among them is.
+TEST(BorderLoops, StraysAreNeitherPartsNorJoinedToThem) {
+  Net points = randomPoints(1000, 3, onSheet);
+  points.conservativeResize(1012, 2);
+  for (Index i = 0; i < 12; ++i) points.row(1000 + i) << 5 + 3.0 * static_cast<double>(i % 4), 5.0 * (1 + i / 4);
+  const Borders borders = findBorders(points);
+  ASSERT_EQ(borders.parts.size(), 1U);
+  EXPECT_EQ(borders.leftOut, 12);
+  EXPECT_NEAR(borders.parts[0].outer.area, 1, 0.1);
+}
+
 TEST(BorderLoops, TheGapDecidesWhatIsAHole) {
   const Net points = gridPoints(80, onSheet);
   BorderOptions options;
