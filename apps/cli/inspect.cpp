@@ -106,6 +106,7 @@ PointDeviation deviationFrom(const std::vector<Object>& objects, const Net& poin
             return heights ? heightDeviation(spline, points) : normalDeviation(spline, points);
         },
         *object.spline);
+    if (!object.trims.empty()) leaveOutTrimmed(TrimRegion(std::get<Surface>(*object.spline), object.trims), own);
     if (nearest.values.size() == 0) {
       nearest = std::move(own);
       continue;
@@ -145,7 +146,8 @@ void summarise(const std::string& remove, Inspection& result) {
     sum += value;
     if (result.tolerance && std::abs(value) <= *result.tolerance) ++result.inside;
   }
-  if (result.measured == 0) throw InvalidInput("no point lies over the surface: are both files in the same unit?");
+  if (result.measured == 0)
+    throw InvalidInput("no point lies over the surface or what its trims leave: are both files in the same unit?");
   result.rms = std::sqrt(squares / static_cast<double>(result.measured));
   result.mean = sum / static_cast<double>(result.measured);
   if (remove.empty()) return;
@@ -203,7 +205,10 @@ std::vector<double> pointOf(const Inspection& result) {
 void print(const InspectArguments& arguments, const Inspection& result) {
   fmt::print("{} points, {}\n", result.measured,
              result.heights ? "heights over the graph" : "distances from the nearest place");
-  if (result.deviation.missed > 0) fmt::print("{} points lie beyond the graph's domain\n", result.deviation.missed);
+  if (result.deviation.missed > 0) {
+    fmt::print("{} points lie beyond {}\n", result.deviation.missed,
+               result.heights ? "the graph's domain or its trims" : "the trims of the faces");
+  }
   fmt::print("deviation   rms {}, mean {}, from {} to {}; largest at point {} ({:.6g})\n", number(result.rms),
              number(result.mean), number(result.lowest), number(result.highest), result.worst + 1,
              fmt::join(pointOf(result), ", "));

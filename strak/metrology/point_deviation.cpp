@@ -45,7 +45,7 @@ template <int D>
 PointDeviation heightDeviation(const Spline<D>& graph, const Eigen::Ref<const Net>& points) {
   checkColumns(graph, points);
   if (!isGraph(graph)) throw InvalidInput("heights can be compared with the graph of a function only");
-  PointDeviation result{Eigen::VectorXd(points.rows()), Net(points.rows(), D + 1), 0};
+  PointDeviation result{Eigen::VectorXd(points.rows()), Net(points.rows(), D + 1), points.leftCols(D), 0};
   const Net heights = derivativesAt<D>(graph, points.leftCols(D), 0);
   result.feet = heights;
   for (Index r = 0; r < points.rows(); ++r) {
@@ -65,7 +65,7 @@ template <int D>
 PointDeviation normalDeviation(const Spline<D>& spline, const Eigen::Ref<const Net>& points) {
   checkColumns(spline, points);
   const ClosestPoints<D> found = closestPoints<D>(spline, points);
-  PointDeviation result{found.distances, found.points, 0};
+  PointDeviation result{found.distances, found.points, found.parameters, 0};
   const Index dimension = spline.pointDimension();
   if (D == 2 ? dimension != 3 : dimension != 2) return result;
   const Net d = derivativesAt<D>(spline, found.parameters, 1);
@@ -82,6 +82,15 @@ PointDeviation normalDeviation(const Spline<D>& spline, const Eigen::Ref<const N
     if (side < 0) result.values[r] = -result.values[r];
   }
   return result;
+}
+
+void leaveOutTrimmed(const TrimRegion& region, PointDeviation& deviation) {
+  if (region.isWholeDomain()) return;
+  for (Index r = 0; r < deviation.values.size(); ++r) {
+    if (std::isnan(deviation.values[r]) || region.inside(deviation.parameters.row(r).transpose())) continue;
+    deviation.values[r] = std::numeric_limits<double>::quiet_NaN();
+    ++deviation.missed;
+  }
 }
 
 template bool isGraph<1>(const Spline<1>&);

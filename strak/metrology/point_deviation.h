@@ -2,7 +2,7 @@
 //
 // How far measured points are from curves and surfaces, with a sign.
 
-#include "strak/spline/spline.h"
+#include "strak/metrology/trim_region.h"
 
 namespace strak {
 
@@ -14,8 +14,13 @@ bool isGraph(const Spline<D>& spline);
 struct PointDeviation {
   Eigen::VectorXd values;  // of each point; not a number where there is none
   Net feet;                // the spline's points that they are measured from
+  Net parameters;          // of the feet
   Index missed = 0;        // points without a value
 };
+
+// Takes the values of the points whose feet the trims of a surface leave away: what it was drawn from has no more to
+// say there. Points straddle a border, so some next to it go, too.
+void leaveOutTrimmed(const TrimRegion& region, PointDeviation& deviation);
 
 // The point's height minus the graph's there; points beyond the domain have none. Throws InvalidInput if the spline is
 // no graph or the points have other columns.

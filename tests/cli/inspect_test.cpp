@@ -68,6 +68,42 @@ TEST_F(Inspect, FindsThePointThatIsOffAndDrawsIt) {
             std::string::npos);
 }
 
+#ifdef STRAK_WITH_CAD
+// Points in the hole of a trimmed face, where nothing was fitted, say nothing about it.
+TEST_F(Inspect, CountsWhatTheTrimsLeaveOnly) {
+  std::string around = "x,y,z\n", all = around;
+  int beside = 0, within = 0;
+  for (int i = 0; i < 40; ++i) {
+    for (int j = 0; j < 40; ++j) {
+      const double x = -2 + 4.0 * i / 39, y = -2 + 4.0 * j / 39, z = 0.1 * x * y;
+      const bool hole = std::hypot(x, y) < 1;
+      const bool deep = std::hypot(x, y) < 0.8;
+      if (!hole) around += fmt::format("{},{},{}\n", x, y, z);
+      all += fmt::format("{},{},{}\n", x, y, deep ? z + 1 : z);
+      beside += std::hypot(x, y) > 1.1 && std::max(std::abs(x), std::abs(y)) < 1.95 ? 1 : 0;
+      within += deep ? 1 : 0;
+    }
+  }
+  const std::string points = write("all.csv", all);
+  for (const char* kind : {"function", "surface"}) {
+    for (const char* output : {"fit.step", "fit.igs"}) {
+      json({"fit", write("around.csv", around), "-o", path(output), "--kind", kind, "--size", "8", "--trim", "auto"});
+      const auto result = json({"inspect", points, path(output)});
+      EXPECT_GE(result["measured"], beside) << kind;
+      EXPECT_GE(result["missed"], within) << kind;
+      EXPECT_EQ(result["measured"].get<int>() + result["missed"].get<int>(), 1600) << kind;
+      EXPECT_LT(result["deviation"]["highest"].get<double>(), 0.01) << kind << output;
+      EXPECT_NE(strak({"inspect", points, path(output)}).out.find("trims"), std::string::npos);
+    }
+  }
+  // Without the trims they count.
+  json({"fit", path("around.csv"), "-o", path("fit.g2"), "--kind", "function", "--size", "8"});
+  const auto whole = json({"inspect", points, path("fit.g2")});
+  EXPECT_EQ(whole["measured"], 1600);
+  EXPECT_GT(whole["deviation"]["highest"].get<double>(), 0.9);
+}
+#endif
+
 TEST_F(Inspect, ChoosesColumnsOfAProfile) {
   std::string table = "X(mm) what height (nm) slope\n";
   for (int i = 0; i < 300; ++i) {
