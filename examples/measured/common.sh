@@ -21,10 +21,11 @@ input() {
   echo "$data/$1"
 }
 
-# pictures NAME FILE TOLERANCE LINES LIGHT [VIEW]: figures of the deviation and both drawings of $out/NAME.g2.
+# pictures FIT FILE TOLERANCE LINES LIGHT [VIEW]: figures of the deviation and both drawings of $out/FIT.
 pictures() {
+  name=${1%.*}
   view=${6:+--view $6}
-  "$strak" inspect "$2" "$out/$1.g2" --tolerance "$3" --picture "$out/$1-deviation.svg" $view
-  "$strak" render "$out/$1.g2" -o "$out/$1-isophotes.svg" --kind isophotes --lines "$4" --light "$5" $view
+  "$strak" inspect "$2" "$out/$1" --tolerance "$3" --picture "$out/$name-deviation.svg" $view
+  "$strak" render "$out/$1" -o "$out/$name-isophotes.svg" --kind isophotes --lines "$4" --light "$5" $view
 }
 mkdir -p "$out"

@@ -3,4 +3,4 @@
 . "$(dirname "$0")/common.sh"
 file=$(input grid/SainteHelens.dem "vtk-data, Data/SainteHelens.dem")
 "$strak" fit "$file" -o "$out/volcano.g2" --tolerance 20 --share 99
-pictures volcano "$file" 20 6 -1,1,1 0,-1,1
+pictures volcano.g2 "$file" 20 6 -1,1,1 0,-1,1

@@ -176,13 +176,30 @@ class Painter {
     for (const auto& piece : visiblePieces(projected, hiding())) out += smoothPath(piece);
   }
 
+  // What is seen from its inner side has the opposite brightness.
+  std::vector<double> isophoteLevels(const SceneSurface& surface) const {
+    constexpr double kFew = 0.01;
+    const std::vector<double> levels = symmetricLevels(range_, lineCount(options_, picture_.scene));
+    const auto& normals = surface.samples.normals;
+    const auto away = static_cast<double>(std::count_if(
+        normals.begin(), normals.end(), [&](const auto& n) { return n.dot(picture_.camera.view()) < 0; }));
+    const auto few = kFew * static_cast<double>(normals.size());
+    std::vector<double> all;
+    for (double level : levels) {
+      if (static_cast<double>(normals.size()) - away > few) all.push_back(level);
+      if (away > few) all.push_back(-level);
+    }
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
+  }
+
   void drawLines() {
     std::string isophotes, isolines, curves;
     const double flatness = 0.05 / picture_.camera.scale();
     for (const SceneSurface& surface : picture_.scene.surfaces) {
       if (options_.kind == RenderKind::isophotes)
-        for (const auto& line : fieldLines(surface, isophoteField(picture_.light),
-                                           symmetricLevels(range_, lineCount(options_, picture_.scene)), flatness))
+        for (const auto& line : fieldLines(surface, isophoteField(picture_.light), isophoteLevels(surface), flatness))
           drawLine(line, isophotes);
       if (options_.kind == RenderKind::isolines || options_.kind == RenderKind::combs)
         for (const auto& line : parameterLines(surface, lineCount(options_, picture_.scene))) drawLine(line, isolines);

@@ -152,6 +152,23 @@ TEST(Drawing, AnUnfairSurfaceHasLongerIsophotes) {
   EXPECT_GT(wavy, 1.5 * calm);
 }
 
+// However narrow the range of brightness that is shown.
+TEST(Drawing, IsophotesAreSeenFromTheInnerSideToo) {
+  RenderOptions options;
+  options.light = Eigen::Vector3d(0.4, 0.2, 1);
+  options.range = {0.85, 0.95};
+  options.view = Eigen::Vector3d(0, 0, 1);
+  const Surface outer = wavySheet(0.02);
+  Net net(outer.net().rows(), 3);  // u and v exchanged: the normals turn round
+  for (Index i = 0; i < outer.size(0); ++i) {
+    for (Index j = 0; j < outer.size(1); ++j) net.row(j * outer.size(0) + i) = outer.net().row(i * outer.size(1) + j);
+  }
+  const Surface inner({outer.knots(1), outer.knots(0)}, net);
+  const double seen = pathSize(renderSvg({object(outer)}, options), "isophotes").length;
+  EXPECT_GT(seen, 100);
+  EXPECT_NEAR(pathSize(renderSvg({object(inner)}, options), "isophotes").length, seen, 0.02 * seen);
+}
+
 TEST(Drawing, TheNoiseOfTheFirstExampleIsSeen) {
   const char* folder = std::getenv("STRAK_DATA");
   const std::filesystem::path data =
