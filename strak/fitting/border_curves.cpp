@@ -33,7 +33,7 @@ double cross(const Vector2d& a, const Vector2d& b) { return a[0] * b[1] - a[1] *
 
 constexpr int kPinned = 4;  // points on both sides of such a place, at most
 constexpr int kTubes = 3;   // rounds with less tolerance before points are pinned
-constexpr double kTighter = 0.25;
+constexpr double kTighter = 0.5, kNoisier = 16;
 constexpr int kTrials = 5;   // of a loop whose points are too far away
 constexpr int kRounds = 30;  // of fits; after the last the loops that are not clear become polygons
 
@@ -282,9 +282,9 @@ FairLoop fairLoop(const Loop& loop, TubeLimits limits, int round, const std::vec
   result.points = loop.count();
   result.tolerance = limits.tolerance;
   result.pinned = std::count(pinned.begin(), pinned.end(), 1);
-  const double part = std::pow(kTighter, std::min(round, kTubes));
-  const double allowed = limits.tolerance;
-  limits = {limits.tolerance * part, limits.noise / part};  // near the edges, but not along each of their kinks
+  const double allowed = limits.tolerance, tubes = std::min(round, kTubes);
+  // Near the edges, but not along each of their kinks.
+  limits = {limits.tolerance * std::pow(kTighter, tubes), limits.noise * std::pow(kNoisier, tubes)};
   std::vector<char> blunt(pinned.size(), round > 0 ? 1 : 0), sharp(pinned.size(), 0);
   Pieces pieces = fairPieces(loop, limits, round > 0, {blunt, sharp, pinned}, domain);
   for (int trial = 0; trial < kTrials && pieces.errors.maxCoeff() > allowed; ++trial) {
