@@ -119,6 +119,14 @@ TEST(BorderLoops, PartsAndOutliers) {
   EXPECT_LE(borders.leftOut, 5);
 }
 
+// Six and a half times the spacing; longer edges beside the channel do not widen what counts as a gap.
+TEST(BorderLoops, AChannelPartsACloud) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const Net points = randomPoints(2000, seed, [](double x, double) { return std::abs(x - 0.5) > 0.08; });
+    EXPECT_EQ(findBorders(points).parts.size(), 2U) << seed;
+  }
+}
+
 // The tips of spikes have edges to one another: needles of triangles between them are not of the cloud.
 TEST(BorderLoops, NoBorderRunsFromSpikeToSpike) {
   const auto star = [](double x, double y) {
