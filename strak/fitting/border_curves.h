@@ -38,9 +38,10 @@ struct FairPart {
 };
 
 // The curves of the loops that findBorders has found in `points`. Curves are proven to cross neither themselves nor one
-// another. Where smoothing would bring that about the loop is fitted again, along the polygon's edges, too, with a half, a
-// quarter and an eighth of the tolerance; where that is not enough the border points around are joined by straight lines,
-// more of them from round to round. Cost: tens of small fits a loop and round. Throws InvalidInput for a negative tolerance.
+// another. Where smoothing would bring that about the loop is fitted again, along the polygon's edges, too, with a
+// half, a quarter and an eighth of the tolerance; where that is not enough the border points around are joined by
+// straight lines, more of them from round to round. Cost: tens of small fits a loop and round. Throws InvalidInput for
+// a negative tolerance.
 std::vector<FairPart> fairBorders(const Eigen::Ref<const Net>& points, const Borders& borders,
                                   const BorderCurveOptions& options = {});
 

@@ -2,11 +2,13 @@
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
 
+#include "strak/base/error.h"
 #include "strak/energy/gram.h"
 #include "strak/metrology/closest_points.h"
 #include "strak/spline/basis.h"
@@ -26,7 +28,7 @@ constexpr double kStep = 4;             // of weights
 constexpr int kSteps = 24;              // of them, on each set of knots
 constexpr double kAim = 0.9;            // of the tolerance
 constexpr int kHoldings = 6;            // refits where control points leave the domain
-constexpr int kLatest = 6;              // halvings of knots after which nothing came nearer
+constexpr int kLatest = 6;              // refinements of the knots after which nothing came nearer
 
 // Where spans begin and end: 0 .. 1.
 using Breaks = std::vector<double>;
@@ -34,7 +36,7 @@ using Breaks = std::vector<double>;
 struct Trial {
   Curve curve;
   Eigen::VectorXd errors;
-  double excess = std::numeric_limits<double>::infinity();  // sum of the squares of what is beyond the tolerance
+  double excess = std::numeric_limits<double>::infinity();  // sum of the squares of what is beyond the limits
   bool within = false;
 };
 
@@ -173,9 +175,11 @@ class Tube {
     Breaks breaks;
     for (Index i = 0; i <= spans; ++i) breaks.push_back(static_cast<double>(i) / static_cast<double>(spans));
     Trial best = fairest(breaks);
+    if (best.errors.size() == 0) throw Failure("a trimming curve cannot be computed: its border points are too uneven");
     Eigen::VectorXd errors = best.errors;
     for (int late = 0; !best.within && late < kLatest && refine(errors, breaks);) {
       Trial next = fairest(breaks);
+      if (next.errors.size() == 0) break;
       errors = next.errors;
       ++late;
       if (next.within || next.excess < best.excess) {
@@ -187,7 +191,7 @@ class Tube {
   }
 
  private:
-  // On these knots; the nearest one if none keeps the limits.
+  // On these knots; the nearest one if none keeps the limits, without errors if rounding leaves none.
   Trial fairest(const Breaks& breaks) const {
     double shortest = 1;
     for (std::size_t i = 1; i < breaks.size(); ++i) shortest = std::min(shortest, breaks[i] - breaks[i - 1]);
@@ -199,9 +203,10 @@ class Tube {
       Curve curve = smoother.curve(weights, stiffest, domain_);
       if (!curve.net().allFinite()) break;  // weights too different for rounding
       Eigen::VectorXd errors = closestPointsFrom<1>(curve, points_, parameters_).distances;
-      const bool noisy = std::sqrt(errors.squaredNorm() / static_cast<double>(errors.size())) > limits_.noise;
-      const double excess = (errors.array() - limits_.tolerance).max(0).square().sum();
-      const bool within = !noisy && excess == 0;
+      const auto count = static_cast<double>(errors.size());
+      const double noise = std::max(std::sqrt(errors.squaredNorm() / count) - limits_.noise, 0.0);
+      const double excess = (errors.array() - limits_.tolerance).max(0).square().sum() + count * noise * noise;
+      const bool noisy = noise > 0, within = excess == 0;
       for (Index i = 0; i < weights.size(); ++i) {
         if (noisy || errors[i] > kAim * limits_.tolerance) weights[i] *= kStep;
       }

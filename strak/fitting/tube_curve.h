@@ -22,12 +22,11 @@ struct TubeLimits {
 // From `from` to `to`, to the bit, near the rows of `between`; parameters are lengths along the points, from 0 to 1.
 // Control points stay inside the domain unless that is empty. Clamped, simple inner knots. Where the limits cannot be
 // kept (the domain forbids it, corners sharper than rounding sees) the nearest curve found. No points: a line. Cost:
-// some ten to a hundred sparse factors.
+// some ten to a hundred sparse factors. Throws Failure if rounding leaves no curve at all.
 Curve tubeBetween(const Eigen::Vector2d& from, const Net& between, const Eigen::Vector2d& to, const TubeLimits& limits,
                   const Eigen::AlignedBox2d& domain);
 
-// Closed, with continuous curvature, beginning near the first row; otherwise as above. At least three points. Three
-// turns are fitted, and the middle one, which does not feel the ends, is closed.
+// Closed, with continuous curvature, beginning near the first row; otherwise as above. At least three points.
 Curve tubeAround(const Net& points, const TubeLimits& limits, const Eigen::AlignedBox2d& domain);
 
 }  // namespace strak

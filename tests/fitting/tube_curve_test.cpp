@@ -129,6 +129,17 @@ TEST(TubeCurve, TheNoiseAloneMayDecide) {
   const Eigen::VectorXd errors = closestPoints<1>(curve, points).distances;
   EXPECT_LE(std::sqrt(errors.squaredNorm() / 199), 0.012);
   EXPECT_LT(bending(curve), 1);
+  const Curve near = tubeBetween({0, 0}, points, {1, 0}, {kFree, 1e-5}, {});
+  EXPECT_LE(std::sqrt(closestPoints<1>(near, points).distances.squaredNorm() / 199), 1e-5);
+}
+
+// A point beside the domain cannot be reached: the curve comes as near as it may.
+TEST(TubeCurve, LimitsThatCannotBeKeptLeaveTheNearestCurve) {
+  Net points(9, 2);
+  for (Index i = 0; i < 9; ++i) points.row(i) << 0.1 * static_cast<double>(i + 1), i == 4 ? 0.5 : 0.1;
+  const Curve curve = tubeBetween({0, 0}, points, {1, 0}, {0.001, kFree}, {Vector2d(0, 0), Vector2d(1, 0.3)});
+  EXPECT_NEAR(largestError(curve, points), 0.2, 0.02);
+  for (Index i = 0; i < curve.net().rows(); ++i) EXPECT_LE(curve.net()(i, 1), 0.3);
 }
 
 TEST(TubeCurve, NoPointsBetweenMakeALine) {
