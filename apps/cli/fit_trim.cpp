@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "apps/cli/console.h"
 #include "apps/cli/values.h"
@@ -85,6 +86,19 @@ Net placesInside(const Surface& surface, const Eigen::Ref<const Net>& parameters
   }
   places.conservativeResize(count, 2);
   return places;
+}
+
+// Of the file as other programs read it. What cannot be read is not left behind.
+Audit auditOf(const std::string& output) {
+  try {
+    return readModel(output)->audit();
+  } catch (const InvalidInput&) {
+    std::filesystem::remove(output);
+    throw Failure(
+        fmt::format("the trimmed face cannot be read back from '{}': points very far from the origin leave "
+                    "too few digits, move them there or write .brep",
+                    output));
+  }
 }
 
 Json jsonOf(const FairLoop& loop) {
@@ -173,7 +187,7 @@ Json writeTrimmedFit(const TrimArguments& arguments, const std::string& output, 
     }
   }
   writeTrimmed(output, surface, parts, name);
-  const Audit audit = readModel(output)->audit();
+  const Audit audit = auditOf(output);
   if (parts.size() > 1) {
     warnings.push_back(
         fmt::format("the points lie in {} separate parts: the file has a trimmed face for each", parts.size()));
