@@ -37,7 +37,7 @@ KnotVector knotsOver(const Net& parameters, const CurveDrawingOptions& options) 
 
 struct Corrected {
   Net parameters;
-  Eigen::VectorXd distances;
+  Eigen::VectorXd distances;  // beyond an end from the tangent there
 };
 
 // The parameters of the closest points. Those of an end go on along its tangent, so that the curve can grow.
@@ -52,8 +52,11 @@ Corrected corrected(const Curve& curve, const Net& values, const Net& starts) {
     if (!(along.squaredNorm() > 0)) continue;
     for (Index r = 0; r < parameters.rows(); ++r) {
       if (parameters(r, 0) != end) continue;
-      const double step = (values.row(r) - d.row(0).head(columns)).dot(along) / along.squaredNorm();
-      if (end == knots.from() ? step < 0 : step > 0) parameters(r, 0) += step;
+      const Eigen::RowVectorXd error = values.row(r) - d.row(0).head(columns);
+      const double step = error.dot(along) / along.squaredNorm();
+      if (end == knots.from() ? step >= 0 : step <= 0) continue;
+      parameters(r, 0) += step;
+      closest.distances[r] = (error - step * along).norm();
     }
   }
   return {std::move(parameters), std::move(closest.distances)};

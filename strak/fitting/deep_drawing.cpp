@@ -43,7 +43,7 @@ double area(const Net& parameters) {
 
 struct Corrected {
   Net parameters;
-  Eigen::VectorXd distances;
+  Eigen::VectorXd distances;  // beyond an edge from the tangent plane there, for the domain is to grow
 };
 
 // The parameters of the closest points. Where those lie on an edge, a step along the tangent plane leads beyond it.
@@ -64,15 +64,20 @@ Corrected corrected(const Surface& surface, const Net& values, const Net& starts
   const Net d = Evaluator<2>(surface).derivativesAt(places, 1);
   for (std::size_t i = 0; i < atEdge.size(); ++i) {
     const auto row = d.row(static_cast<Index>(i));
-    const auto error = values.row(atEdge[i]) - row.head<3>();
+    const Eigen::RowVector3d error = values.row(atEdge[i]) - row.head<3>();
+    Eigen::RowVector3d beside = error;
     for (Index k = 0; k < 2; ++k) {
       const auto along = row.segment<3>(3 + 3 * k);
       const KnotVector& knots = surface.knots()[static_cast<std::size_t>(k)];
       const double squares = along.squaredNorm(), most = kGrowth * knots.length();
-      const double step = squares > 0 ? std::clamp(error.dot(along) / squares, -most, most) : 0;
+      const double step = squares > 0 ? error.dot(along) / squares : 0;
       double& place = parameters(atEdge[i], k);
-      if ((place <= knots.from() && step < 0) || (place >= knots.to() && step > 0)) place += step;
+      if ((place <= knots.from() && step < 0) || (place >= knots.to() && step > 0)) {
+        place += std::clamp(step, -most, most);
+        beside -= step * along;
+      }
     }
+    closest.distances[atEdge[i]] = beside.norm();
   }
   return {std::move(parameters), std::move(closest.distances)};
 }
