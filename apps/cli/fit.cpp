@@ -78,7 +78,7 @@ void addFit(CLI::App& program, const std::string& commandLine) {
   command
       ->add_option("POINTS", arguments->input,
                    "Table of numbers (.xyz, .csv, .txt, .dat), heights on a grid (.asc, .dem, .gtx), point cloud (PLY, "
-                   "PCD, LAS) or "
+                   "PCD, LAS, .g2) or "
                    "vertices of a mesh (OBJ, STL, OFF)")
       ->required();
   command->add_option("-o,--output", arguments->output, "File to write; its ending says the format")->required();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -16,6 +17,7 @@
 #include "strak/base/file.h"
 #include "strak/exchange/binary_number.h"
 #include "strak/exchange/cloud_layout.h"
+#include "strak/exchange/g2.h"
 #include "strak/exchange/interferogram.h"
 #include "strak/exchange/lzf.h"
 
@@ -98,23 +100,38 @@ class Words {
   Index line_ = 0;
 };
 
-// The vertices of lines that begin with `word`.
-Points verticesNamed(std::string_view text, std::string_view word) {
+// Whether it is `name`, in small letters, in any case.
+bool isWord(std::string_view word, std::string_view name) {
+  return std::equal(word.begin(), word.end(), name.begin(), name.end(),
+                    [](unsigned char a, char b) { return std::tolower(a) == b; });
+}
+
+// The vertices of lines that begin with `word`, and a line with `last` behind them unless that is empty.
+Points verticesNamed(std::string_view text, std::string_view word, std::string_view last = {}) {
   Points points;
+  bool complete = last.empty();
   for (Words words(text); words.nextLine();) {
-    if (words.next() == word) points.push_back(words.point());
+    const std::string_view first = words.next();
+    if (isWord(first, word)) {
+      points.push_back(words.point());
+      complete = last.empty();
+    }
+    complete = complete || isWord(first, last);
   }
   if (points.empty()) throw InvalidInput(fmt::format("there is no vertex in the file (no line '{} x y z')", word));
+  if (!complete) throw InvalidInput(fmt::format("the file ends without '{}': it may be damaged", last));
   return points;
 }
 
 Points stlVertices(std::string_view bytes) {
   constexpr std::size_t kHead = 84, kTriangle = 50, kNormal = 12, kVertex = 12;
   const std::size_t count = bytes.size() >= kHead ? binaryNumber<std::uint32_t>(bytes, kHead - 4) : 0;
+  constexpr std::string_view kTextual = "solid";
+  const bool textual = isWord(bytes.substr(0, kTextual.size()), kTextual);
   if (bytes.size() < kHead || (bytes.size() - kHead) / kTriangle < count ||
-      (bytes.starts_with("solid") && bytes.size() != kHead + count * kTriangle)) {
-    if (!bytes.starts_with("solid")) throw InvalidInput("the STL file is shorter than it says: it may be damaged");
-    return withoutRepetition(verticesNamed(bytes, "vertex"));
+      (textual && bytes.size() != kHead + count * kTriangle)) {
+    if (!textual) throw InvalidInput("the STL file is shorter than it says: it may be damaged");
+    return withoutRepetition(verticesNamed(bytes, "vertex", "endsolid"));
   }
   Points points;
   for (std::size_t t = 0; t < count; ++t) {
@@ -330,6 +347,7 @@ std::optional<ImportedPoints> importPoints(const std::filesystem::path& path, st
   if (ending == ".stl") return asNet(stlVertices(readFile(path)));
   if (ending == ".off") return asNet(offVertices(readFile(path)));
   if (ending == ".gtx") return asNet(gtxHeights(readFile(path)));
+  if (ending == ".g2" || beginsWithG2Cloud(head)) return ImportedPoints{parseG2Clouds(readFile(path)), {"x", "y", "z"}};
   if (isInterferogram(head)) return ImportedPoints{interferogramHeights(readFile(path)), {"x", "y", "z"}};
   if (isTopography(head)) return asNet(topographyPoints(readFile(path)));
   if (isDem(head)) return asNet(demHeights(readFile(path)));

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cctype>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
@@ -133,6 +134,11 @@ TEST_F(PointImport, TakesTheVerticesOfStlOnce) {
                             "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0.5\nendloop\nendfacet\n" + triangle +
                             "vertex 1 0 0\n vertex 1 1 2\nvertex 0 1 5e-1\nendloop\nendfacet\nendsolid\n";
   EXPECT_EQ(read("a.stl", ascii), expected);
+  std::string capitals = ascii;
+  std::transform(capitals.begin(), capitals.end(), capitals.begin(), [](unsigned char c) { return std::toupper(c); });
+  EXPECT_EQ(read("capitals.stl", capitals), expected);
+  EXPECT_EQ(problem("c.stl", ascii.substr(0, ascii.rfind("endsolid"))),
+            ": the file ends without 'endsolid': it may be damaged");
   const auto binaryTriangle = [](const std::vector<float>& vertices) {
     return bytesOf<float>({0, 0, 1}) + bytesOf<float>(vertices) + std::string(2, '\0');
   };
@@ -145,6 +151,22 @@ TEST_F(PointImport, TakesTheVerticesOfStlOnce) {
             ": the STL file is shorter than it says: it may be damaged");
   expectNoHarm("d.stl", binary);
   expectNoHarm("d.stl", ascii);
+}
+
+TEST_F(PointImport, TakesThePointsOfG2Clouds) {
+  const Net expected = rows({{0, 0, 0}, {1, 0, 0}, {0, 1, 0.5}, {1, 1, 2}});
+  const std::string first = "400 1 0 0\n3\n0 0 0\n1 0 0\n0 1 0.5\n", second = "400 1 0 4 255 0 0 255\n1\n1 1 2\n";
+  const std::string line = "100 1 0 0\n3 0\n2 2\n0 0 1 1\n0 0 0\n1 1 1\n";
+  EXPECT_EQ(read("a.g2", first + second), expected);
+  EXPECT_EQ(read("a.g2", line + "\n" + first + line + second), expected);
+  EXPECT_EQ(read("a.txt", first + second), expected);  // by its content
+  EXPECT_EQ(problem("a.g2", line), ": the .g2 file holds no point cloud (class 400): give measured points");
+  EXPECT_EQ(problem("a.g2", first.substr(0, first.size() - 4)),
+            ": line 5: the file ends where a coordinate should be: it is cut off");
+  EXPECT_EQ(problem("a.g2", "400 1 0 0\n9999999\n1 2 3\n"),
+            ": line 2: the file is too short for 9999999 points: it may be damaged");
+  EXPECT_NE(problem("a.g2", "400 1 0 0\n1\n1 2 nan\n"), "");
+  expectNoHarm("a.g2", line + first + second);
 }
 
 TEST_F(PointImport, ReadsCompressedClouds) {
