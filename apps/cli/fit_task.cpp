@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "apps/cli/console.h"
 #include "apps/cli/fit_energy.h"
@@ -17,6 +18,8 @@
 #include "strak/fitting/curve_drawing.h"
 #include "strak/fitting/parameter_correction.h"
 #include "strak/fitting/through_points.h"
+#include "strak/fitting/parametrization.h"
+#include "strak/fitting/steady_points.h"
 #include "strak/metrology/closest_points.h"
 
 namespace strak::cli {
@@ -101,6 +104,7 @@ struct FitTask {
   Net through{};  // conditions whose parameters are not known yet
   std::optional<DrawnCloud> drawn{};
   std::optional<FitOptions<D>> kept{};  // how the drawn sheet was made again, where any other one folds
+  std::vector<Index> steady{};  // with a robust loss, points along a curve that are no outliers
   Fit<D> fit{};
   FitReport report{};
 
@@ -141,6 +145,10 @@ Fit<D> fitOnce(FitTask<D>& task, const FitPoints<D>& points, const std::array<Kn
     RobustFitOptions<D> options;
     options.loss = lossNamed(task.arguments.loss);
     options.fit = task.options.fit;
+    if (!task.steady.empty()) {
+      options.first = Eigen::VectorXd::Zero(points.count());
+      options.first(task.steady).setOnes();
+    }
     RobustFit<D> result = fitRobustly<D>(knots, points, options);
     takeOver<D>(result, task.arguments.loss, task.report);
     return std::move(result.fit);
@@ -162,6 +170,16 @@ void drawSheet(FitTask<2>& task, const KnotWishes& wishes) {
     const KnotVector& domain = task.drawn->sheet.fit.spline.knots()[k];
     task.start[k] = task.start[k].rescaled(domain.from(), domain.to());
   }
+}
+
+// Lengths of the polygon along a curve that outliers do not add to.
+void setSteadyLengths(FitTask<1>& task) {
+  FitInput<1>& input = task.input;
+  task.steady = steadyPoints(input.values);
+  const Net steady = input.values(task.steady, Eigen::all);
+  input.parameters = spreadParameters(task.steady, chordLengthParameters(steady), input.count);
+  input.from[0] = input.parameters.minCoeff();
+  input.to[0] = input.parameters.maxCoeff();
 }
 
 // Points without parameters along a noisy curve get those on a curve that is drawn to them.
@@ -333,6 +351,9 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   if (given && task.refining) throw InvalidInput("--start gives the knots: leave --tolerance out");
   if (given) holdBorder<D>(*given, arguments.hold, task.options.fit);
   if (given && columns.parameters.empty()) parametersOn<D>(*given, task.input);
+  if constexpr (D == 1) {
+    if (task.robust() && columns.parameters.empty() && !given) setSteadyLengths(task);
+  }
   const KnotWishes wishes{arguments.degree, arguments.size, arguments.domain, arguments.mostPoints};
   task.start = given ? given->knots() : startKnots<D>(wishes, task.input, task.refining);
   ProgressBar bar({1.0}, !arguments.json && !arguments.quiet, interrupted);

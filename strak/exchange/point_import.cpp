@@ -20,12 +20,15 @@
 #include "strak/exchange/g2.h"
 #include "strak/exchange/interferogram.h"
 #include "strak/exchange/lzf.h"
+#include "strak/exchange/table_text.h"
 
 namespace strak {
 
 namespace {
 
 using Points = std::vector<std::array<double, 3>>;
+
+constexpr std::size_t kLargestAirfoil = 60000;  // bytes
 
 ImportedPoints asNet(const Points& points) {
   ImportedPoints result{Net(static_cast<Index>(points.size()), 3), {"x", "y", "z"}};
@@ -338,6 +341,37 @@ Points topographyPoints(const std::string& text) {
   return points;
 }
 
+// Airfoils in Lednicer's order: a line with the two numbers of points, then the upper and the lower side, each from the
+// leading edge. Returned in Selig's, from the trailing edge around the nose, which comes once; nothing for other
+// tables.
+std::optional<ImportedPoints> airfoilPoints(std::string_view text) {
+  std::vector<std::array<double, 2>> rows;
+  while (!text.empty()) {
+    const std::string_view line = trimmed(nextLine(text));
+    if (isComment(line)) continue;
+    std::vector<double> numbers;
+    std::string_view offending;
+    if (parseLine(line, TableDialect(), numbers, offending) && numbers.size() == 2) {
+      rows.push_back({numbers[0], numbers[1]});
+    } else if (!rows.empty()) {
+      return std::nullopt;
+    }
+  }
+  if (rows.size() < 5) return std::nullopt;
+  const auto [upper, lower] = rows[0];
+  rows.erase(rows.begin());
+  if (!(upper >= 2 && lower >= 2 && upper == std::floor(upper) && upper + lower == static_cast<double>(rows.size()))) {
+    return std::nullopt;
+  }
+  const auto nose = rows.begin() + static_cast<std::ptrdiff_t>(upper);
+  const bool twice = rows.front() == *nose;
+  std::reverse(rows.begin(), nose);
+  if (twice) rows.erase(nose);
+  ImportedPoints result{Net(static_cast<Index>(rows.size()), 2), {"x", "y"}};
+  for (std::size_t r = 0; r < rows.size(); ++r) result.points.row(static_cast<Index>(r)) << rows[r][0], rows[r][1];
+  return result;
+}
+
 }  // namespace
 
 std::optional<ImportedPoints> importPoints(const std::filesystem::path& path, std::string_view head) {
@@ -354,6 +388,8 @@ std::optional<ImportedPoints> importPoints(const std::filesystem::path& path, st
   if (const auto layout = cloudLayout(head); layout && layout->compressed) {
     return compressedCloud(*layout, readFile(path));
   }
+  // Airfoils are small: a longer table is none.
+  if (ending == ".dat" && head.size() < kLargestAirfoil) return airfoilPoints(head);
   return std::nullopt;
 }
 

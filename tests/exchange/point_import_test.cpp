@@ -39,12 +39,15 @@ class PointImport : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  Net read(const std::string& name, const std::string& text) const {
+  std::filesystem::path file(const std::string& name, const std::string& text) const {
     const auto path = folder_ / name;
     std::ofstream(path, std::ios::binary) << text;
-    const PointFile file(path);
-    EXPECT_EQ(file.columnNamed("z"), 2);
-    return readPoints(file);
+    return path;
+  }
+  Net read(const std::string& name, const std::string& text) const {
+    const PointFile points(file(name, text));
+    EXPECT_EQ(points.columnNamed("z"), 2);
+    return readPoints(points);
   }
   std::string problem(const std::string& name, const std::string& text) const {
     try {
@@ -167,6 +170,20 @@ TEST_F(PointImport, TakesThePointsOfG2Clouds) {
             ": line 2: the file is too short for 9999999 points: it may be damaged");
   EXPECT_NE(problem("a.g2", "400 1 0 0\n1\n1 2 nan\n"), "");
   expectNoHarm("a.g2", line + first + second);
+}
+
+TEST_F(PointImport, PutsAirfoilsInOneOrder) {
+  const std::string upper = " 0.0 0.0\n 0.5 0.1\n 1.0 0.01\n", lower = " 0.0 0.0\n 0.4 -0.05\n 1.0 0.0\n";
+  const auto pointsOf = [&](const std::string& name, const std::string& text) {
+    const auto path = file(name, text);
+    return readPoints(PointFile(path));
+  };
+  Net expected(5, 2);
+  expected << 1, 0.01, 0.5, 0.1, 0, 0, 0.4, -0.05, 1, 0;
+  EXPECT_EQ(pointsOf("lednicer.dat", "A WING\n  3.  3.\n\n" + upper + "\n" + lower), expected);
+  EXPECT_EQ(pointsOf("selig.dat", "A WING\n 1.0 0.01\n 0.5 0.1\n" + lower), expected);
+  // Numbers that do not count the rows are a point.
+  EXPECT_EQ(pointsOf("points.dat", "3 4\n" + upper + lower).rows(), 7);
 }
 
 TEST_F(PointImport, ReadsCompressedClouds) {
