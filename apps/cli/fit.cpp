@@ -118,9 +118,10 @@ void addFit(CLI::App& program, const std::string& commandLine) {
                       "data-dependent or data-dependent-plate: bending in the geometry of the fit before; "
                       "default: third-derivatives, for lower degrees the highest there is");
   command
-      ->add_option("--parameter-scale", arguments->scale,
-                   "In which shape of the domain the energy is measured: "
-                   "lengths, domain or unit")
+      ->add_option(
+          "--parameter-scale", arguments->scale,
+          "In which shape of the domain the energy is measured: lengths, domain or unit; auto: lengths, but unit "
+          "for functions over an elongated domain if cross validation expects smaller errors with it")
       ->capture_default_str();
   addNormalOptions(*command, arguments->normals);
   command->add_option("--conditions", arguments->conditions, "File of points that the result passes through exactly");

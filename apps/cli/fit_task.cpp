@@ -16,6 +16,7 @@
 #include "strak/base/error.h"
 #include "strak/exchange/file_kind.h"
 #include "strak/fitting/curve_drawing.h"
+#include "strak/fitting/domain_shape.h"
 #include "strak/fitting/parameter_correction.h"
 #include "strak/fitting/through_points.h"
 #include "strak/fitting/parametrization.h"
@@ -26,6 +27,7 @@ namespace strak::cli {
 
 namespace {
 
+constexpr const char* kChosenScale = "auto";
 constexpr double kSettledInNoise = 0.01;  // part of the errors that a round of parameter correction must gain
 
 Smoothing smoothingOf(const FitArguments& arguments) {
@@ -84,7 +86,7 @@ AdaptiveFitOptions<D> optionsOf(const FitArguments& arguments) {
   const bool follows = innerBendingNamed(arguments.energy).has_value();
   if (follows && D == 1) throw InvalidInput("the data-dependent energy is for surfaces: curves have other energies");
   if (!arguments.energy.empty()) options.fit.energy = energyNamed<D>(follows ? "thin-plate" : arguments.energy);
-  options.fit.scale = parameterScaleNamed(arguments.scale);
+  if (arguments.scale != kChosenScale) options.fit.scale = parameterScaleNamed(arguments.scale);
   options.fit.smoothing = smoothingOf(arguments);
   options.mostPoints = wholeNumber("--most-points", arguments.mostPoints, 1);
   options.share = positiveNumber("--share", arguments.share) / 100;
@@ -359,6 +361,16 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   ProgressBar bar({1.0}, !arguments.json && !arguments.quiet, interrupted);
   task.options.fit.progress = bar.task(0);
 
+  if constexpr (D == 2) {
+    const bool isWeightGiven = task.options.fit.smoothing.choice == Smoothing::Choice::fixed;
+    if (columns.kind == FitKind::function && arguments.scale == kChosenScale && !isWeightGiven) {
+      const auto pass = task.input.streamed ? task.input.pass : passOf<2>(task.points());
+      task.options.fit.scale = shapeFor(task.start, task.input.columns, pass, task.options.fit);
+    }
+  }
+  task.report.scale = arguments.scale != kChosenScale                  ? arguments.scale
+                      : task.options.fit.scale == ParameterScale::unit ? "unit"
+                                                                       : "lengths";
   if (columns.parameters.empty() && task.rounds > 0 && !given) {
     if constexpr (D == 1) {
       if (arguments.domain.empty()) drawCurve(task, wishes);

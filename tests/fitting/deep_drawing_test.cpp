@@ -164,7 +164,7 @@ TEST(DeepDrawing, SeesStripsThatWaveHigherThanTheyAreWide) {
       cloud(6000, [](double s, double t) { return Eigen::Vector3d(25 * s, t / 2, std::sin(25 * s / 3)); });
   DrawnCloud drawn = drawCloud(strip, {}, size(20));
   EXPECT_NE(drawn.plane, 0);
-  EXPECT_LT(drawn.sheet.fit.summary.rms, 1.3 * kNoise);
+  EXPECT_LT(drawn.sheet.fit.summary.rms, 1.6 * kNoise);
   // A steep saddle without a quadrant: from the side its empty corner would fold.
   Net saddle = cloud(5000, [](double s, double t) { return Eigen::Vector3d(s, t, 1.2 * (s * s - t * t)); });
   Index kept = 0;
