@@ -93,7 +93,7 @@ void addFit(CLI::App& program, const std::string& commandLine) {
       "--size", arguments->size,
       "Control points, N or NxM; default: one for four points, at most 50 a direction (curves: 200); with "
       "--tolerance where the refinement starts");
-  command->add_option("--domain", arguments->domain, "U0,U1,V0,V1; default: the box of the points");
+  command->add_option("--domain", arguments->domain, "U0,U1,V0,V1; default: the box of the points and conditions");
   command
       ->add_option("--smoothing", arguments->smoothing,
                    "auto (cross validation), reml (restricted likelihood), or the weight of the energy")

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <vector>
@@ -65,6 +66,17 @@ Net takeConditions(const FitArguments& arguments, const FitColumns& columns, Fit
   options.conditionParameters = chosen(own.parameters);
   options.conditionValues = chosen(own.values);
   return {};
+}
+
+// The box of the points' parameters becomes that of the conditions', too.
+template <int D>
+void includeConditions(const FitOptions<D>& options, FitInput<D>& input) {
+  if (options.conditionParameters.rows() == 0) return;
+  for (std::size_t k = 0; k < D; ++k) {
+    const auto places = options.conditionParameters.col(static_cast<Index>(k));
+    input.from[k] = std::min(input.from[k], places.minCoeff());
+    input.to[k] = std::max(input.to[k], places.maxCoeff());
+  }
 }
 
 // How many rounds of parameter correction: only points that come without parameters are corrected unasked.
@@ -356,6 +368,7 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   if constexpr (D == 1) {
     if (task.robust() && columns.parameters.empty() && !given) setSteadyLengths(task);
   }
+  includeConditions<D>(task.options.fit, task.input);
   const KnotWishes wishes{arguments.degree, arguments.size, arguments.domain, arguments.mostPoints};
   task.start = given ? given->knots() : startKnots<D>(wishes, task.input, task.refining);
   ProgressBar bar({1.0}, !arguments.json && !arguments.quiet, interrupted);

@@ -108,6 +108,19 @@ TEST_F(FitCommand, PassesThroughConditionsExactly) {
   EXPECT_NEAR(evaluate<2>(surface, {0, 0})[2], 1, 1e-12);
 }
 
+TEST_F(FitCommand, ReachesAsFarAsItsConditions) {
+  const std::string points = saddle(20, 0.01);
+  write("corner.csv", "x,y,z\n1.25,2.5,3\n");
+  json({"fit", points, "-o", path("out.g2"), "--conditions", path("corner.csv"), "--size", "8"});
+  const Surface surface = test::readSurface(file("out.g2"));
+  EXPECT_EQ(surface.knots(0).to(), 1.25);
+  EXPECT_EQ(surface.knots(1).to(), 2.5);
+  EXPECT_NEAR(evaluate<2>(surface, {1.25, 2.5})[2], 3, 1e-12);
+  EXPECT_NE(refusal({"fit", points, "-o", path("no.g2"), "--conditions", path("corner.csv"), "--domain", "0,1,0,2"})
+                .find("outside the domain"),
+            std::string::npos);
+}
+
 TEST_F(FitCommand, SmoothsAsItIsTold) {
   const std::string points = saddle(30, 0.01);
   const auto noise = json({"fit", points, "-o", path("a.g2"), "--noise", "0.0055"});
