@@ -200,8 +200,18 @@ void setSteadyLengths(FitTask<1>& task) {
 void drawCurve(FitTask<1>& task, const KnotWishes& wishes) {
   // On a net as fine as without a tolerance, which starts with few knots.
   const KnotVector fine = startKnots<1>(wishes, task.input, false)[0];
-  DrawnCurve drawn =
-      strak::drawCurve(task.points(), {fine.degree(), fine.size(), task.robust(), task.options.fit.progress});
+  const CurveDrawingOptions options{fine.degree(), fine.size(), task.robust(), task.options.fit.progress};
+  DrawnCurve drawn;
+  if (task.steady.empty()) {
+    drawn = strak::drawCurve(task.points(), options);
+  } else {
+    const FitInput<1>& input = task.input;
+    const Net parameters = input.parameters(task.steady, Eigen::all), values = input.values(task.steady, Eigen::all);
+    Eigen::VectorXd weights;
+    if (input.weights.size() > 0) weights = input.weights(task.steady);
+    drawn = strak::drawCurve({parameters, values, weights}, options);
+    drawn.parameters = spreadParameters(task.steady, drawn.parameters, input.count);
+  }
   if (!drawn.drawn) return;
   task.report.drawing = {{"steps", drawn.rms.size()}, {"rms", drawn.rms}};
   task.input.parameters = std::move(drawn.parameters);
