@@ -20,6 +20,7 @@
 #include "strak/exchange/g2.h"
 #include "strak/exchange/interferogram.h"
 #include "strak/exchange/lzf.h"
+#include "strak/exchange/ply_elements.h"
 #include "strak/exchange/table_text.h"
 
 namespace strak {
@@ -385,6 +386,10 @@ std::optional<ImportedPoints> importPoints(const std::filesystem::path& path, st
   if (isInterferogram(head)) return ImportedPoints{interferogramHeights(readFile(path)), {"x", "y", "z"}};
   if (isTopography(head)) return asNet(topographyPoints(readFile(path)));
   if (isDem(head)) return asNet(demHeights(readFile(path)));
+  if (isIrregularPly(head)) {
+    PlyVertices vertices = irregularPlyVertices(readFile(path));
+    return ImportedPoints{std::move(vertices.points), std::move(vertices.names)};
+  }
   if (const auto layout = cloudLayout(head); layout && layout->compressed) {
     return compressedCloud(*layout, readFile(path));
   }

@@ -172,6 +172,32 @@ TEST_F(PointImport, TakesThePointsOfG2Clouds) {
   expectNoHarm("a.g2", line + first + second);
 }
 
+TEST_F(PointImport, PassesOverListsAndElementsOfPlyFiles) {
+  const Net expected = rows({{1, 2, 3}, {4, 5, -6}, {7, 8, 9.5}});
+  const std::string head =
+      "element sensor 2\nproperty float a\nproperty list uchar short b\nelement vertex 3\nproperty double x\n"
+      "property list uchar int marks\nproperty double y\nproperty double z\nend_header\n";
+  const std::string ascii = "ply\nformat ascii 1.0\n" + head + "0.5 2 7 8\n1.5 0\n1 2 9 9 2 3\n4 0 5 -6\n7 1 3 8 9.5\n";
+  EXPECT_EQ(read("a.ply", ascii), expected);
+  for (const bool big : {false, true}) {
+    const auto real = [&](double value) { return bytesOf<double>({value}, big); };
+    const std::string bytes = std::string("ply\nformat ") + (big ? "binary_big_endian" : "binary_little_endian") +
+                              " 1.0\n" + head + bytesOf<float>({0.5F}, big) + '\2' +
+                              bytesOf<std::int16_t>({7, 8}, big) + bytesOf<float>({1.5F}, big) + '\0' + real(1) + '\2' +
+                              bytesOf<std::int32_t>({9, 9}, big) + real(2) + real(3) + real(4) + '\0' + real(5) +
+                              real(-6) + real(7) + '\1' + bytesOf<std::int32_t>({3}, big) + real(8) + real(9.5);
+    EXPECT_EQ(read("b.ply", bytes), expected);
+    EXPECT_EQ(problem("b.ply", bytes.substr(0, bytes.size() - 3)),
+              ": the PLY file ends within its points: it may be damaged");
+    expectNoHarm("b.ply", bytes);
+  }
+  EXPECT_EQ(problem("a.ply",
+                    "ply\nformat ascii 1.0\nelement x 99999999999\nelement vertex 9\nproperty float x\nend_header\n"),
+            ": the PLY file ends within its points: it may be damaged");
+  EXPECT_EQ(problem("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty list uchar blob b\nend_header\n0\n"),
+            ": the PLY file has a property of type 'blob', which is not understood");
+}
+
 TEST_F(PointImport, PutsAirfoilsInOneOrder) {
   const std::string upper = " 0.0 0.0\n 0.5 0.1\n 1.0 0.01\n", lower = " 0.0 0.0\n 0.4 -0.05\n 1.0 0.0\n";
   const auto pointsOf = [&](const std::string& name, const std::string& text) {
