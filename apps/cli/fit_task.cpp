@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <vector>
@@ -23,6 +24,7 @@
 #include "strak/fitting/parametrization.h"
 #include "strak/fitting/steady_points.h"
 #include "strak/metrology/closest_points.h"
+#include "strak/spline/evaluate.h"
 
 namespace strak::cli {
 
@@ -308,6 +310,26 @@ void followData(FitTask<2>& task, InnerBending bending) {
   task.report.following = followEnergy(bending, task.options.fit, again, task.fit);
 }
 
+// Where there are no points, heights far beyond theirs are worth a word.
+void warnOfGuesses(FitTask<2>& task) {
+  constexpr int kLines = 101;
+  constexpr double kFar = 1;  // parts of the range of the points' heights
+  const Net& values = task.input.values;
+  if (values.size() == 0) return;  // of a stream
+  Surface::Grid grid;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const KnotVector& knots = task.fit.spline.knots()[k];
+    for (int i = 0; i < kLines; ++i) grid[k].push_back(std::lerp(knots.from(), knots.to(), i / (kLines - 1.0)));
+  }
+  const Net heights = derivativesOnGrid<2>(task.fit.spline, grid, 0);
+  const double low = values.minCoeff(), high = values.maxCoeff(), far = kFar * (high - low);
+  if (!(far > 0) || (heights.minCoeff() >= low - far && heights.maxCoeff() <= high + far)) return;
+  task.fit.summary.warnings.push_back(fmt::format(
+      "beside the points the surface reaches from {:.4g} to {:.4g}, the points only from {:.4g} to {:.4g}: it "
+      "is a guess there; give a smaller --domain, or --trim it",
+      heights.minCoeff(), heights.maxCoeff(), low, high));
+}
+
 // What is only for surfaces.
 void finishSurface(FitTask<2>& task, bool function) {
   const FitArguments& arguments = task.arguments;
@@ -322,6 +344,7 @@ void finishSurface(FitTask<2>& task, bool function) {
     task.report.reached = task.report.adaptive && task.fit.summary.insideShare() >= task.report.share;
     task.report.outside = Json::array();  // of the fit before
   }
+  if (function) warnOfGuesses(task);
 }
 
 template <int D>

@@ -240,6 +240,20 @@ TEST_F(FitCommand, RepeatedPointsCountAsOneMeasurement) {
   EXPECT_NE(repeated["warnings"][0].get<std::string>().find("3200 points repeat others"), std::string::npos);
 }
 
+TEST_F(FitCommand, WarnsOfHeightsFarBeyondThePoints) {
+  // A narrow strip along the diagonal says little of the corners beside it.
+  std::string text = "x,y,z\n";
+  for (int i = 0; i <= 100; ++i) {
+    const double x = i / 100.0, y = x + (i % 3 - 1) * 0.01;
+    text += fmt::format("{},{},{}\n", x, y, 50 * (x - y) * (x - y) + std::sin(3 * x));
+  }
+  const std::string strip = write("strip.csv", text);
+  const Outcome outcome = strak({"fit", strip, "-o", path("out.g2"), "--size", "8"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_NE(outcome.err.find("beside the points the surface reaches"), std::string::npos) << outcome.err;
+  EXPECT_EQ(strak({"fit", saddle(20, 0.01), "-o", path("out.g2")}).err, "");
+}
+
 TEST_F(FitCommand, WarnsWhereThePointsAreFew) {
   const std::string points = write("few.xyz", "0 0 1\n1 0 2\n0 1 3\n1 1 5\n0.5 0.2 2\n0.3 0.8 2\n0.9 0.4 3\n");
   const Outcome outcome = strak({"fit", points, "-o", path("out.g2"), "--size", "6"});
