@@ -78,7 +78,7 @@ void addFit(CLI::App& program, const std::string& commandLine) {
   command
       ->add_option("POINTS", arguments->input,
                    "Table of numbers (.xyz, .csv, .txt, .dat), heights on a grid (.asc, .dem, .gtx), point cloud (PLY, "
-                   "PCD, LAS) or "
+                   "PCD, LAS, .g2) or "
                    "vertices of a mesh (OBJ, STL, OFF)")
       ->required();
   command->add_option("-o,--output", arguments->output, "File to write; its ending says the format")->required();
@@ -93,7 +93,7 @@ void addFit(CLI::App& program, const std::string& commandLine) {
       "--size", arguments->size,
       "Control points, N or NxM; default: one for four points, at most 50 a direction (curves: 200); with "
       "--tolerance where the refinement starts");
-  command->add_option("--domain", arguments->domain, "U0,U1,V0,V1; default: the box of the points");
+  command->add_option("--domain", arguments->domain, "U0,U1,V0,V1; default: the box of the points and conditions");
   command
       ->add_option("--smoothing", arguments->smoothing,
                    "auto (cross validation), reml (restricted likelihood), or the weight of the energy")
@@ -118,9 +118,10 @@ void addFit(CLI::App& program, const std::string& commandLine) {
                       "data-dependent or data-dependent-plate: bending in the geometry of the fit before; "
                       "default: third-derivatives, for lower degrees the highest there is");
   command
-      ->add_option("--parameter-scale", arguments->scale,
-                   "In which shape of the domain the energy is measured: "
-                   "lengths, domain or unit")
+      ->add_option(
+          "--parameter-scale", arguments->scale,
+          "In which shape of the domain the energy is measured: lengths, domain or unit; auto: lengths, but unit "
+          "for functions over an elongated domain if cross validation expects smaller errors with it")
       ->capture_default_str();
   addNormalOptions(*command, arguments->normals);
   command->add_option("--conditions", arguments->conditions, "File of points that the result passes through exactly");

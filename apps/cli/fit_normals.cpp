@@ -10,7 +10,9 @@
 #include "apps/cli/model_editor.h"
 #include "apps/cli/values.h"
 #include "strak/base/error.h"
+#include "strak/base/file.h"
 #include "strak/exchange/file_kind.h"
+#include "strak/exchange/g2.h"
 #include "strak/fairing/held_points.h"
 #include "strak/fitting/parameter_correction.h"
 #include "strak/fitting/prescribed_normals.h"
@@ -189,7 +191,8 @@ std::string describeNormals(const Json& normals) {
 
 bool holdsSplines(const std::string& path) {
   try {
-    return fileKindOfEnding(path) != FileKind::points;
+    const FileKind kind = fileKindOfEnding(path);
+    return kind == FileKind::g2 ? !beginsWithG2Cloud(readFile(path)) : kind != FileKind::points;
   } catch (const InvalidInput&) {
     return false;
   }

@@ -56,7 +56,7 @@ Json jsonOf(const FitReport& report) {
             {"outside_domain", s.outsideDomain},
             {"degree", report.degree},
             {"points", report.size},
-            {"energy", {{"name", s.energyName}, {"value", s.energy}}},
+            {"energy", {{"name", s.energyName}, {"value", s.energy}, {"parameter_scale", report.scale}}},
             {"smoothing", {{"lambda", s.lambda}, {"freedom", s.freedom}, {"cross_validation", s.crossValidation}}},
             {"rms", s.rms},
             {"max", s.max},
@@ -83,7 +83,8 @@ void print(const FitReport& report, const std::string& output, double seconds) {
   const FitSummary& s = report.summary;
   fmt::print("{} of degree {} with {} control points near {} points\n", report.kind, times(report.degree),
              times(report.size), s.points);
-  fmt::print("smoothing   {} ({}), {} degrees of freedom\n", number(s.lambda), s.energyName, number(s.freedom));
+  fmt::print("smoothing   {} ({}{}), {} degrees of freedom\n", number(s.lambda), s.energyName,
+             report.scale == "unit" ? " in a square domain" : "", number(s.freedom));
   fmt::print("errors      rms {}, largest {} at point {} ({})\n", number(s.rms), number(s.max), s.worstPoint + 1,
              fmt::join(s.worstPlace, ", "));
   if (!report.loss.is_null() && !report.loss.contains("scale")) {

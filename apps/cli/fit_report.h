@@ -17,6 +17,7 @@ struct FitReport {
   std::vector<int> degree;
   std::vector<Index> size;
   FitSummary summary;
+  std::string scale;  // of the parameters in which the energy is measured
   double tolerance = 0;
   bool adaptive = false, reached = false;
   double share = 1;

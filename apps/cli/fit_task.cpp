@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "apps/cli/console.h"
 #include "apps/cli/fit_energy.h"
@@ -15,14 +18,19 @@
 #include "strak/base/error.h"
 #include "strak/exchange/file_kind.h"
 #include "strak/fitting/curve_drawing.h"
+#include "strak/fitting/domain_shape.h"
 #include "strak/fitting/parameter_correction.h"
 #include "strak/fitting/through_points.h"
+#include "strak/fitting/parametrization.h"
+#include "strak/fitting/steady_points.h"
 #include "strak/metrology/closest_points.h"
+#include "strak/spline/evaluate.h"
 
 namespace strak::cli {
 
 namespace {
 
+constexpr const char* kChosenScale = "auto";
 constexpr double kSettledInNoise = 0.01;  // part of the errors that a round of parameter correction must gain
 
 Smoothing smoothingOf(const FitArguments& arguments) {
@@ -62,6 +70,17 @@ Net takeConditions(const FitArguments& arguments, const FitColumns& columns, Fit
   return {};
 }
 
+// The box of the points' parameters becomes that of the conditions', too.
+template <int D>
+void includeConditions(const FitOptions<D>& options, FitInput<D>& input) {
+  if (options.conditionParameters.rows() == 0) return;
+  for (std::size_t k = 0; k < D; ++k) {
+    const auto places = options.conditionParameters.col(static_cast<Index>(k));
+    input.from[k] = std::min(input.from[k], places.minCoeff());
+    input.to[k] = std::max(input.to[k], places.maxCoeff());
+  }
+}
+
 // How many rounds of parameter correction: only points that come without parameters are corrected unasked.
 int correctionRounds(const FitArguments& arguments, const FitColumns& columns) {
   constexpr int kUnasked = 10;
@@ -81,7 +100,7 @@ AdaptiveFitOptions<D> optionsOf(const FitArguments& arguments) {
   const bool follows = innerBendingNamed(arguments.energy).has_value();
   if (follows && D == 1) throw InvalidInput("the data-dependent energy is for surfaces: curves have other energies");
   if (!arguments.energy.empty()) options.fit.energy = energyNamed<D>(follows ? "thin-plate" : arguments.energy);
-  options.fit.scale = parameterScaleNamed(arguments.scale);
+  if (arguments.scale != kChosenScale) options.fit.scale = parameterScaleNamed(arguments.scale);
   options.fit.smoothing = smoothingOf(arguments);
   options.mostPoints = wholeNumber("--most-points", arguments.mostPoints, 1);
   options.share = positiveNumber("--share", arguments.share) / 100;
@@ -101,6 +120,7 @@ struct FitTask {
   Net through{};  // conditions whose parameters are not known yet
   std::optional<DrawnCloud> drawn{};
   std::optional<FitOptions<D>> kept{};  // how the drawn sheet was made again, where any other one folds
+  std::vector<Index> steady{};  // with a robust loss, points along a curve that are no outliers
   Fit<D> fit{};
   FitReport report{};
 
@@ -141,6 +161,10 @@ Fit<D> fitOnce(FitTask<D>& task, const FitPoints<D>& points, const std::array<Kn
     RobustFitOptions<D> options;
     options.loss = lossNamed(task.arguments.loss);
     options.fit = task.options.fit;
+    if (!task.steady.empty()) {
+      options.first = Eigen::VectorXd::Zero(points.count());
+      options.first(task.steady).setOnes();
+    }
     RobustFit<D> result = fitRobustly<D>(knots, points, options);
     takeOver<D>(result, task.arguments.loss, task.report);
     return std::move(result.fit);
@@ -164,12 +188,32 @@ void drawSheet(FitTask<2>& task, const KnotWishes& wishes) {
   }
 }
 
+// Lengths of the polygon along a curve that outliers do not add to.
+void setSteadyLengths(FitTask<1>& task) {
+  FitInput<1>& input = task.input;
+  task.steady = steadyPoints(input.values);
+  const Net steady = input.values(task.steady, Eigen::all);
+  input.parameters = spreadParameters(task.steady, chordLengthParameters(steady), input.count);
+  input.from[0] = input.parameters.minCoeff();
+  input.to[0] = input.parameters.maxCoeff();
+}
+
 // Points without parameters along a noisy curve get those on a curve that is drawn to them.
 void drawCurve(FitTask<1>& task, const KnotWishes& wishes) {
   // On a net as fine as without a tolerance, which starts with few knots.
   const KnotVector fine = startKnots<1>(wishes, task.input, false)[0];
-  DrawnCurve drawn =
-      strak::drawCurve(task.points(), {fine.degree(), fine.size(), task.robust(), task.options.fit.progress});
+  const CurveDrawingOptions options{fine.degree(), fine.size(), task.robust(), task.options.fit.progress};
+  DrawnCurve drawn;
+  if (task.steady.empty()) {
+    drawn = strak::drawCurve(task.points(), options);
+  } else {
+    const FitInput<1>& input = task.input;
+    const Net parameters = input.parameters(task.steady, Eigen::all), values = input.values(task.steady, Eigen::all);
+    Eigen::VectorXd weights;
+    if (input.weights.size() > 0) weights = input.weights(task.steady);
+    drawn = strak::drawCurve({parameters, values, weights}, options);
+    drawn.parameters = spreadParameters(task.steady, drawn.parameters, input.count);
+  }
   if (!drawn.drawn) return;
   task.report.drawing = {{"steps", drawn.rms.size()}, {"rms", drawn.rms}};
   task.input.parameters = std::move(drawn.parameters);
@@ -266,6 +310,26 @@ void followData(FitTask<2>& task, InnerBending bending) {
   task.report.following = followEnergy(bending, task.options.fit, again, task.fit);
 }
 
+// Where there are no points, heights far beyond theirs are worth a word.
+void warnOfGuesses(FitTask<2>& task) {
+  constexpr int kLines = 101;
+  constexpr double kFar = 1;  // parts of the range of the points' heights
+  const Net& values = task.input.values;
+  if (values.size() == 0) return;  // of a stream
+  Surface::Grid grid;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const KnotVector& knots = task.fit.spline.knots()[k];
+    for (int i = 0; i < kLines; ++i) grid[k].push_back(std::lerp(knots.from(), knots.to(), i / (kLines - 1.0)));
+  }
+  const Net heights = derivativesOnGrid<2>(task.fit.spline, grid, 0);
+  const double low = values.minCoeff(), high = values.maxCoeff(), far = kFar * (high - low);
+  if (!(far > 0) || (heights.minCoeff() >= low - far && heights.maxCoeff() <= high + far)) return;
+  task.fit.summary.warnings.push_back(fmt::format(
+      "beside the points the surface reaches from {:.4g} to {:.4g}, the points only from {:.4g} to {:.4g}: it "
+      "is a guess there; give a smaller --domain, or --trim it",
+      heights.minCoeff(), heights.maxCoeff(), low, high));
+}
+
 // What is only for surfaces.
 void finishSurface(FitTask<2>& task, bool function) {
   const FitArguments& arguments = task.arguments;
@@ -280,6 +344,7 @@ void finishSurface(FitTask<2>& task, bool function) {
     task.report.reached = task.report.adaptive && task.fit.summary.insideShare() >= task.report.share;
     task.report.outside = Json::array();  // of the fit before
   }
+  if (function) warnOfGuesses(task);
 }
 
 template <int D>
@@ -333,11 +398,25 @@ FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, cons
   if (given && task.refining) throw InvalidInput("--start gives the knots: leave --tolerance out");
   if (given) holdBorder<D>(*given, arguments.hold, task.options.fit);
   if (given && columns.parameters.empty()) parametersOn<D>(*given, task.input);
+  if constexpr (D == 1) {
+    if (task.robust() && columns.parameters.empty() && !given) setSteadyLengths(task);
+  }
+  includeConditions<D>(task.options.fit, task.input);
   const KnotWishes wishes{arguments.degree, arguments.size, arguments.domain, arguments.mostPoints};
   task.start = given ? given->knots() : startKnots<D>(wishes, task.input, task.refining);
   ProgressBar bar({1.0}, !arguments.json && !arguments.quiet, interrupted);
   task.options.fit.progress = bar.task(0);
 
+  if constexpr (D == 2) {
+    const bool isWeightGiven = task.options.fit.smoothing.choice == Smoothing::Choice::fixed;
+    if (columns.kind == FitKind::function && arguments.scale == kChosenScale && !isWeightGiven) {
+      const auto pass = task.input.streamed ? task.input.pass : passOf<2>(task.points());
+      task.options.fit.scale = shapeFor(task.start, task.input.columns, pass, task.options.fit);
+    }
+  }
+  task.report.scale = arguments.scale != kChosenScale                  ? arguments.scale
+                      : task.options.fit.scale == ParameterScale::unit ? "unit"
+                                                                       : "lengths";
   if (columns.parameters.empty() && task.rounds > 0 && !given) {
     if constexpr (D == 1) {
       if (arguments.domain.empty()) drawCurve(task, wishes);

@@ -14,8 +14,8 @@ namespace strak::cli {
 // The options as given.
 struct FitArguments {
   std::string input, output, kind, columns, degree = "3", size, domain, smoothing = "auto", noise, tolerance,
-                                            share = "100", energy, scale = "lengths", conditions, start, hold,
-                                            loss = "l2", correct, mostPoints = "40000", memory = "512", threads;
+                                            share = "100", energy, scale = "auto", conditions, start, hold, loss = "l2",
+                                            correct, mostPoints = "40000", memory = "512", threads;
   NormalArguments normals;
   TrimArguments trim;
   bool json = false, quiet = false;

@@ -116,13 +116,12 @@ CloudLayout plyLayout(std::string_view head) {
       seen = true;
       if (inVertices) layout.count = countOf(words[2]);
     } else if (words[0] == "property" && inVertices && words.size() >= 3) {
-      const auto type =
-          std::find_if(kPlyTypes.begin(), kPlyTypes.end(), [&](const auto& t) { return t.name == words[1]; });
-      if (type == kPlyTypes.end()) {
+      CloudField field;
+      if (!plyType(words[1], field)) {
         throw InvalidInput(
             fmt::format("the PLY file's vertices have a property of type '{}', which is not understood", words[1]));
       }
-      append(layout, words[2], type->type, type->bytes);
+      append(layout, words[2], field.type, field.bytes);
     }
   }
   layout.headBytes = lines.bytes();
@@ -211,6 +210,14 @@ double storedNumber(const CloudField& field, const char* record, bool bigEndian)
 }
 
 }  // namespace
+
+bool plyType(std::string_view name, CloudField& field) {
+  const auto type = std::find_if(kPlyTypes.begin(), kPlyTypes.end(), [&](const auto& t) { return t.name == name; });
+  if (type == kPlyTypes.end()) return false;
+  field.type = type->type;
+  field.bytes = type->bytes;
+  return true;
+}
 
 std::optional<CloudLayout> cloudLayout(std::string_view head) {
   std::optional<CloudLayout> layout = lasLayout(head);

@@ -39,6 +39,9 @@ struct CloudLayout {
 // element).
 std::optional<CloudLayout> cloudLayout(std::string_view head);
 
+// The type and bytes of a number that a PLY header calls `name`; false for other words.
+bool plyType(std::string_view name, CloudField& field);
+
 // The number of `field` in a point's record.
 double cloudNumber(const CloudField& field, const char* record, bool bigEndian);
 

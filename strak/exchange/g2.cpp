@@ -15,6 +15,7 @@ namespace {
 constexpr int kCurveClass = 100;
 constexpr int kSurfaceClass = 200;
 constexpr int kVolumeClass = 700;
+constexpr int kCloudClass = 400;
 
 bool isSpace(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v'; }
 
@@ -179,6 +180,20 @@ bool isHead(std::string_view line) {
          numbers[3] == static_cast<long>(numbers.size()) - 4;
 }
 
+// Reads the head of an object: its class.
+Index parseHead(Scanner& scan) {
+  const Index number = scan.integer("the class of an object (100, 200, 700, ...)");
+  if (number < 100 || number > 999) {
+    scan.fail(fmt::format("{} is no class of an object: curves have 100, surfaces 200, volumes 700", number));
+  }
+  scan.integer("the major version");
+  scan.integer("the minor version");
+  const Index auxiliary = scan.integer("the number of auxiliary integers");
+  if (auxiliary < 0 || auxiliary > scan.room()) scan.fail(fmt::format("{} auxiliary integers cannot be", auxiliary));
+  for (Index i = 0; i < auxiliary; ++i) scan.integer("an auxiliary integer");
+  return number;
+}
+
 // Where the next object begins after `from`, at the head of a line; the end of the text if there is none.
 std::size_t nextHead(std::string_view text, std::size_t from) {
   while (true) {
@@ -194,7 +209,7 @@ std::string kindOfClass(Index number) {
   switch (number) {
     case 210:
       return "trimmed surface";
-    case 400:
+    case kCloudClass:
       return "point cloud";
     case 410:
       return "line cloud";
@@ -239,16 +254,7 @@ std::vector<PlainObject> parseG2(std::string_view text) {
   std::vector<PlainObject> objects;
   while (!scan.atEnd()) {
     const std::size_t begin = scan.position();
-    const Index number = scan.integer("the class of an object (100, 200, 700, ...)");
-    if (number < 100 || number > 999) {
-      scan.fail(fmt::format("{} is no class of an object: curves have 100, surfaces 200, volumes 700", number));
-    }
-    scan.integer("the major version");
-    scan.integer("the minor version");
-    const Index auxiliary = scan.integer("the number of auxiliary integers");
-    if (auxiliary < 0 || auxiliary > scan.room()) scan.fail(fmt::format("{} auxiliary integers cannot be", auxiliary));
-    for (Index i = 0; i < auxiliary; ++i) scan.integer("an auxiliary integer");
-
+    const Index number = parseHead(scan);
     PlainObject object;
     if (number == kCurveClass) {
       object.spline = parseSpline<1>(scan);
@@ -266,6 +272,36 @@ std::vector<PlainObject> parseG2(std::string_view text) {
   }
   if (objects.empty()) throw InvalidInput("line 1: the file is empty, an object was expected");
   return objects;
+}
+
+bool beginsWithG2Cloud(std::string_view text) {
+  const std::size_t end = std::min(text.find('\n'), text.size());
+  if (!text.starts_with(fmt::format("{} ", kCloudClass)) || !isHead(text.substr(0, end))) return false;
+  // A row of a table would be followed by one as long; here the number of points stands alone.
+  text.remove_prefix(std::min(end + 1, text.size()));
+  const std::string_view line = text.substr(0, std::min(text.find_first_of("\r\n"), text.size()));
+  const std::string_view word = line.substr(0, line.find_last_not_of(" \t") + 1);
+  return !word.empty() && word.find_first_not_of("0123456789") == word.npos;
+}
+
+Net parseG2Clouds(std::string_view text) {
+  Scanner scan(text);
+  std::vector<double> numbers;
+  bool found = false;
+  while (!scan.atEnd()) {
+    if (parseHead(scan) != kCloudClass) {
+      scan.moveTo(nextHead(text, scan.position()));
+      continue;
+    }
+    found = true;
+    const Index count = scan.integer("the number of points");
+    if (count < 0 || count > scan.room() / 3) {
+      scan.fail(fmt::format("the file is too short for {} points: it may be damaged", count));
+    }
+    for (Index i = 0; i < 3 * count; ++i) numbers.push_back(scan.number("a coordinate"));
+  }
+  if (!found) throw InvalidInput("the .g2 file holds no point cloud (class 400): give measured points");
+  return Eigen::Map<const Net>(numbers.data(), static_cast<Index>(numbers.size()) / 3, 3);
 }
 
 std::string formatG2(const std::vector<PlainObject>& objects) {

@@ -18,6 +18,7 @@
 #include "strak/base/error.h"
 #include "strak/exchange/packed_file.h"
 #include "strak/exchange/point_import.h"
+#include "strak/exchange/table_text.h"
 
 namespace strak {
 
@@ -29,89 +30,7 @@ constexpr std::size_t kRecordBlock = std::size_t{1} << 21;  // ... of records, t
 constexpr Index kRows = 4096;                               // of records, by one task
 constexpr std::size_t kChunk = std::size_t{1} << 18;        // ... by one task
 constexpr Index kKeptRows = 100000;                         // handed out at once
-constexpr int kSampleLines = 50;
-constexpr std::size_t kShown = 40;  // characters of a line that a message shows
-
-bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
-
-std::string_view trimmed(std::string_view line) {
-  while (!line.empty() && isBlank(line.front())) line.remove_prefix(1);
-  while (!line.empty() && isBlank(line.back())) line.remove_suffix(1);
-  return line;
-}
-
-bool isComment(std::string_view line) {
-  return line.empty() || line[0] == '#' || line[0] == '%' || line[0] == '!' || line.starts_with("//");
-}
-
-// Takes the first line off the text.
-std::string_view nextLine(std::string_view& text) {
-  const std::size_t end = std::min(text.find('\n'), text.size());
-  const std::string_view line = text.substr(0, end);
-  text.remove_prefix(std::min(end + 1, text.size()));
-  return line;
-}
-
-// Takes the first word off the line, up to the separator (' ': blanks and tabs). Two separators in a row leave a word
-// empty, which is no number.
-std::optional<std::string_view> nextWord(std::string_view& line, char separator) {
-  while (!line.empty() && isBlank(line.front())) line.remove_prefix(1);
-  if (line.empty()) return std::nullopt;
-  std::size_t end = 0;
-  while (end < line.size() && (separator == ' ' ? !isBlank(line[end]) : line[end] != separator)) ++end;
-  const std::string_view word = trimmed(line.substr(0, end));
-  line.remove_prefix(std::min(end + (separator == ' ' ? 0 : 1), line.size()));
-  return word;
-}
-
-bool parseNumber(std::string_view word, bool decimalComma, double& value, bool missingToo = false) {
-  std::array<char, 64> copy{};
-  if (decimalComma && word.size() < copy.size()) {
-    std::replace_copy(word.begin(), word.end(), copy.begin(), ',', '.');
-    word = {copy.data(), word.size()};
-  }
-  if (!word.empty() && word.front() == '+') word.remove_prefix(1);
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return error == std::errc{} && end == word.data() + word.size() && (missingToo || std::isfinite(value));
-}
-
-// Appends the numbers of a line; false with the offending word if one is none.
-bool parseLine(std::string_view line, char separator, bool decimalComma, std::vector<double>& numbers,
-               std::string_view& offending, bool missingToo = false) {
-  double value = 0;
-  while (const auto word = nextWord(line, separator)) {
-    if (!parseNumber(*word, decimalComma, value, missingToo)) {
-      offending = *word;
-      return false;
-    }
-    numbers.push_back(value);
-  }
-  return true;
-}
-
-struct Dialect {
-  char separator = ' ';
-  bool decimalComma = false;
-};
-
-// Which of the ways to read numbers makes sense of the most lines; in doubt the first.
-Dialect dialectOf(std::string_view text) {
-  constexpr std::array<Dialect, 5> kDialects{{{' ', false}, {',', false}, {';', false}, {';', true}, {' ', true}}};
-  std::array<int, kDialects.size()> understood{};
-  for (int i = 0; i < kSampleLines && !text.empty();) {
-    const std::string_view line = trimmed(nextLine(text));
-    if (isComment(line)) continue;
-    ++i;
-    for (std::size_t k = 0; k < kDialects.size(); ++k) {
-      std::vector<double> numbers;
-      std::string_view offending;
-      const bool all = parseLine(line, kDialects[k].separator, kDialects[k].decimalComma, numbers, offending);
-      if (all && numbers.size() >= 2) ++understood[k];
-    }
-  }
-  const auto best = std::max_element(understood.begin(), understood.end());
-  return kDialects[static_cast<std::size_t>(best - understood.begin())];
-}
+constexpr std::size_t kShown = 40;                          // characters of a line that a message shows
 
 // Without the rows that hold a number that is not finite.
 Net finiteRows(const Net& block) {
@@ -128,33 +47,6 @@ Net finiteRows(const Net& block) {
 std::string tooShort(const std::string& name, Index has, Index announced) {
   return fmt::format("'{}' holds {} of the {} points that its header announces: it may be damaged", name, has,
                      announced);
-}
-
-std::string lowered(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(), [](unsigned char c) { return std::tolower(c); });
-  return result;
-}
-
-// A name without quotes, units and marks: "X [mm]" is x.
-std::string plainName(std::string_view word) {
-  std::string name;
-  for (char c : lowered(word)) {
-    if (c == '[' || c == '(') break;
-    if (std::isalnum(static_cast<unsigned char>(c)) || c == '_') name += c;
-  }
-  while (!name.empty() && name.back() == '_') name.pop_back();
-  return name;
-}
-
-std::vector<std::string> namesOf(std::string_view line, char separator) {
-  while (!line.empty() && (line.front() == '#' || line.front() == '%' || line.front() == '/')) line.remove_prefix(1);
-  std::vector<std::string> names;
-  while (const auto word = nextWord(line, separator)) {
-    std::string name = plainName(*word);
-    if (!name.empty()) names.push_back(std::move(name));
-  }
-  return names;
 }
 
 }  // namespace
@@ -204,10 +96,11 @@ void PointFile::readHead() {
   }
   if (lowered(trimmed(head).substr(0, 5)) == "ncols") return readGridHead(head);
 
-  const Dialect dialect = dialectOf(head);
-  separator_ = dialect.separator;
-  decimalComma_ = dialect.decimalComma;
+  // The mark of UTF-8 that some editors write is no part of the first number.
+  constexpr std::string_view kMark = "\xEF\xBB\xBF";
   std::string_view text = head, before;
+  if (text.starts_with(kMark)) text.remove_prefix(kMark.size());
+  dialect_ = dialectOf(text);
   Index line = 0;
   while (!text.empty()) {
     const auto at = static_cast<std::uintmax_t>(text.data() - head.data());
@@ -215,8 +108,7 @@ void PointFile::readHead() {
     ++line;
     std::vector<double> numbers;
     std::string_view offending;
-    const bool row =
-        !isComment(content) && parseLine(content, separator_, decimalComma_, numbers, offending) && numbers.size() >= 2;
+    const bool row = !isComment(content) && parseLine(content, dialect_, numbers, offending) && numbers.size() >= 2;
     if (!row) {
       // Column names may stand in a comment; the last line before the numbers counts.
       if (!content.empty()) before = content;
@@ -225,7 +117,7 @@ void PointFile::readHead() {
     columns_ = static_cast<Index>(numbers.size());
     headLines_ = line - 1;
     headBytes_ = at;
-    names_ = namesOf(before, separator_);
+    names_ = namesOf(before, dialect_.separator);
     if (static_cast<Index>(names_.size()) != columns_) names_.clear();
     return;
   }
@@ -249,7 +141,7 @@ void PointFile::readGridHead(const std::string& head) {
     ++headLines_;
     const std::string name = lowered(*word);
     const auto number = nextWord(line, ' ');
-    if (!number || !parseNumber(*number, false, value)) {
+    if (!number || !parseNumber(*number, false, value, name == "nodata_value")) {
       throw InvalidInput(fmt::format("'{}', line {}: '{}' needs a number", name_, headLines_, name));
     }
     if (name == "ncols") gridColumns_ = static_cast<Index>(value);
@@ -257,15 +149,17 @@ void PointFile::readGridHead(const std::string& head) {
     if (name == "xllcorner" || name == "xllcenter") left_ = value;
     if (name == "yllcorner" || name == "yllcenter") bottom_ = value;
     if (name == "xllcenter") corner = false;
-    if (name == "cellsize") cell_ = value;
+    if (name == "cellsize") cell_ = {value, value};
+    if (name == "dx") cell_[0] = value;
+    if (name == "dy") cell_[1] = value;
     if (name == "nodata_value") missing_ = value;
   }
-  if (gridColumns_ < 1 || gridRows_ < 1 || !(cell_ > 0)) {
-    throw InvalidInput(fmt::format("'{}': a grid needs ncols, nrows and cellsize above zero", name_));
+  if (gridColumns_ < 1 || gridRows_ < 1 || !(cell_[0] > 0 && cell_[1] > 0)) {
+    throw InvalidInput(fmt::format("'{}': a grid needs ncols, nrows and cellsize (or dx and dy) above zero", name_));
   }
   if (corner) {
-    left_ += cell_ / 2;
-    bottom_ += cell_ / 2;
+    left_ += cell_[0] / 2;
+    bottom_ += cell_[1] / 2;
   }
 }
 
@@ -389,7 +283,7 @@ void PointFile::forEachTextBlock(const std::function<void(const Net&)>& visit) c
         if (isComment(line)) continue;
         const std::size_t before = chunk.numbers.size();
         std::string_view offending;
-        if (!parseLine(line, separator_, decimalComma_, chunk.numbers, offending, cloud_.has_value())) {
+        if (!parseLine(line, dialect_, chunk.numbers, offending, grid_ || cloud_)) {
           chunk.problem = fmt::format("'{}' is not a number", offending.substr(0, kShown));
         } else if (!grid_ && static_cast<Index>(chunk.numbers.size() - before) != columns_) {
           chunk.problem =
@@ -431,8 +325,9 @@ void PointFile::forEachTextBlock(const std::function<void(const Net&)>& visit) c
         for (const double height : chunk.numbers) {
           const Index i = gridPlace % gridColumns_, j = gridRows_ - 1 - gridPlace / gridColumns_;
           ++gridPlace;
-          if (height == missing_) continue;
-          rows.row(count++) << left_ + cell_ * static_cast<double>(i), bottom_ + cell_ * static_cast<double>(j), height;
+          if (height == missing_ || !std::isfinite(height)) continue;
+          rows.row(count++) << left_ + cell_[0] * static_cast<double>(i), bottom_ + cell_[1] * static_cast<double>(j),
+              height;
         }
       }
       rows.conservativeResize(count, Eigen::NoChange);

@@ -2,11 +2,12 @@
 //
 // Measured points, read block by block: tables of numbers (.xyz, .csv, .txt, .dat, with or without header and comments,
 // decimal points or commas), gridded heights (ESRI ASCII grids, USGS DEM, .gtx, interferograms; with missing values),
-// point clouds (PLY and PCD, in text, binary or compressed form; LAS) and the vertices of meshes (OBJ, STL, OFF).
+// point clouds (PLY and PCD, in text, binary or compressed form; LAS, .g2) and the vertices of meshes (OBJ, STL, OFF).
 //
 // Any of them may be packed by gzip. Tables, ESRI grids and clouds that are not compressed may be larger than memory;
 // the others are kept.
 
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "strak/exchange/cloud_layout.h"
+#include "strak/exchange/table_text.h"
 #include "strak/spline/spline.h"
 
 namespace strak {
@@ -55,8 +57,7 @@ class PointFile {
   Index columns_ = 0;  // of the file
   std::vector<std::string> names_;
   std::vector<Index> chosen_;  // all columns if empty
-  char separator_ = ' ';       // ' ' (blanks and tabs), ',' or ';'
-  bool decimalComma_ = false;
+  TableDialect dialect_;
   Index headLines_ = 0;  // before the first row
   std::uintmax_t headBytes_ = 0;
 
@@ -64,7 +65,8 @@ class PointFile {
   std::optional<CloudLayout> cloud_;
   bool grid_ = false;
   Index gridColumns_ = 0, gridRows_ = 0;
-  double left_ = 0, bottom_ = 0, cell_ = 1, missing_ = -9999;
+  double left_ = 0, bottom_ = 0, missing_ = -9999;
+  std::array<double, 2> cell_{};
 };
 
 // All rows of the file.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -16,14 +17,19 @@
 #include "strak/base/file.h"
 #include "strak/exchange/binary_number.h"
 #include "strak/exchange/cloud_layout.h"
+#include "strak/exchange/g2.h"
 #include "strak/exchange/interferogram.h"
 #include "strak/exchange/lzf.h"
+#include "strak/exchange/ply_elements.h"
+#include "strak/exchange/table_text.h"
 
 namespace strak {
 
 namespace {
 
 using Points = std::vector<std::array<double, 3>>;
+
+constexpr std::size_t kLargestAirfoil = 60000;  // bytes
 
 ImportedPoints asNet(const Points& points) {
   ImportedPoints result{Net(static_cast<Index>(points.size()), 3), {"x", "y", "z"}};
@@ -98,23 +104,38 @@ class Words {
   Index line_ = 0;
 };
 
-// The vertices of lines that begin with `word`.
-Points verticesNamed(std::string_view text, std::string_view word) {
+// Whether it is `name`, in small letters, in any case.
+bool isWord(std::string_view word, std::string_view name) {
+  return std::equal(word.begin(), word.end(), name.begin(), name.end(),
+                    [](unsigned char a, char b) { return std::tolower(a) == b; });
+}
+
+// The vertices of lines that begin with `word`, and a line with `last` behind them unless that is empty.
+Points verticesNamed(std::string_view text, std::string_view word, std::string_view last = {}) {
   Points points;
+  bool complete = last.empty();
   for (Words words(text); words.nextLine();) {
-    if (words.next() == word) points.push_back(words.point());
+    const std::string_view first = words.next();
+    if (isWord(first, word)) {
+      points.push_back(words.point());
+      complete = last.empty();
+    }
+    complete = complete || isWord(first, last);
   }
   if (points.empty()) throw InvalidInput(fmt::format("there is no vertex in the file (no line '{} x y z')", word));
+  if (!complete) throw InvalidInput(fmt::format("the file ends without '{}': it may be damaged", last));
   return points;
 }
 
 Points stlVertices(std::string_view bytes) {
   constexpr std::size_t kHead = 84, kTriangle = 50, kNormal = 12, kVertex = 12;
   const std::size_t count = bytes.size() >= kHead ? binaryNumber<std::uint32_t>(bytes, kHead - 4) : 0;
+  constexpr std::string_view kTextual = "solid";
+  const bool textual = isWord(bytes.substr(0, kTextual.size()), kTextual);
   if (bytes.size() < kHead || (bytes.size() - kHead) / kTriangle < count ||
-      (bytes.starts_with("solid") && bytes.size() != kHead + count * kTriangle)) {
-    if (!bytes.starts_with("solid")) throw InvalidInput("the STL file is shorter than it says: it may be damaged");
-    return withoutRepetition(verticesNamed(bytes, "vertex"));
+      (textual && bytes.size() != kHead + count * kTriangle)) {
+    if (!textual) throw InvalidInput("the STL file is shorter than it says: it may be damaged");
+    return withoutRepetition(verticesNamed(bytes, "vertex", "endsolid"));
   }
   Points points;
   for (std::size_t t = 0; t < count; ++t) {
@@ -321,6 +342,37 @@ Points topographyPoints(const std::string& text) {
   return points;
 }
 
+// Airfoils in Lednicer's order: a line with the two numbers of points, then the upper and the lower side, each from the
+// leading edge. Returned in Selig's, from the trailing edge around the nose, which comes once; nothing for other
+// tables.
+std::optional<ImportedPoints> airfoilPoints(std::string_view text) {
+  std::vector<std::array<double, 2>> rows;
+  while (!text.empty()) {
+    const std::string_view line = trimmed(nextLine(text));
+    if (isComment(line)) continue;
+    std::vector<double> numbers;
+    std::string_view offending;
+    if (parseLine(line, TableDialect(), numbers, offending) && numbers.size() == 2) {
+      rows.push_back({numbers[0], numbers[1]});
+    } else if (!rows.empty()) {
+      return std::nullopt;
+    }
+  }
+  if (rows.size() < 5) return std::nullopt;
+  const auto [upper, lower] = rows[0];
+  rows.erase(rows.begin());
+  if (!(upper >= 2 && lower >= 2 && upper == std::floor(upper) && upper + lower == static_cast<double>(rows.size()))) {
+    return std::nullopt;
+  }
+  const auto nose = rows.begin() + static_cast<std::ptrdiff_t>(upper);
+  const bool twice = rows.front() == *nose;
+  std::reverse(rows.begin(), nose);
+  if (twice) rows.erase(nose);
+  ImportedPoints result{Net(static_cast<Index>(rows.size()), 2), {"x", "y"}};
+  for (std::size_t r = 0; r < rows.size(); ++r) result.points.row(static_cast<Index>(r)) << rows[r][0], rows[r][1];
+  return result;
+}
+
 }  // namespace
 
 std::optional<ImportedPoints> importPoints(const std::filesystem::path& path, std::string_view head) {
@@ -330,12 +382,19 @@ std::optional<ImportedPoints> importPoints(const std::filesystem::path& path, st
   if (ending == ".stl") return asNet(stlVertices(readFile(path)));
   if (ending == ".off") return asNet(offVertices(readFile(path)));
   if (ending == ".gtx") return asNet(gtxHeights(readFile(path)));
+  if (ending == ".g2" || beginsWithG2Cloud(head)) return ImportedPoints{parseG2Clouds(readFile(path)), {"x", "y", "z"}};
   if (isInterferogram(head)) return ImportedPoints{interferogramHeights(readFile(path)), {"x", "y", "z"}};
   if (isTopography(head)) return asNet(topographyPoints(readFile(path)));
   if (isDem(head)) return asNet(demHeights(readFile(path)));
+  if (isIrregularPly(head)) {
+    PlyVertices vertices = irregularPlyVertices(readFile(path));
+    return ImportedPoints{std::move(vertices.points), std::move(vertices.names)};
+  }
   if (const auto layout = cloudLayout(head); layout && layout->compressed) {
     return compressedCloud(*layout, readFile(path));
   }
+  // Airfoils are small: a longer table is none.
+  if (ending == ".dat" && head.size() < kLargestAirfoil) return airfoilPoints(head);
   return std::nullopt;
 }
 

@@ -16,7 +16,9 @@ namespace {
 
 constexpr double kFirstWeight = 1e-2;    // a plane, nearly
 constexpr double kDoubtful = 0.1;        // SheetCheck::doubt; with more the other planes are tried
+constexpr double kWide = 0.1;            // errors, in parts of the cloud's width, that make the plane doubtful, too
 constexpr double kClearlyNearer = 0.5;   // ... and taken if the errors fall to this part
+constexpr Index kTrialPoints = 5000;     // ... of so many points first
 constexpr double kFactor = 0.25;         // of the weight, from step to step
 constexpr double kLeastReduction = 0.7;  // a factor nearer to 1 is not tried before a fold
 constexpr double kFewFolds = 0.05;       // of the cells: their control points are held, and the rest is drawn on ...
@@ -37,6 +39,12 @@ std::array<KnotVector, 2> knotsOver(const Net& parameters, const DeepDrawingOpti
   return knots;
 }
 
+// The standard deviation of the parameters in the direction in which they are closer together.
+double width(const Net& parameters) {
+  const Net centred = parameters.rowwise() - parameters.colwise().mean();
+  return std::sqrt(centred.colwise().squaredNorm().minCoeff() / static_cast<double>(parameters.rows()));
+}
+
 double area(const Net& parameters) {
   return (parameters.colwise().maxCoeff() - parameters.colwise().minCoeff()).prod();
 }
@@ -45,6 +53,21 @@ struct Corrected {
   Net parameters;
   Eigen::VectorXd distances;  // beyond an edge from the tangent plane there, for the domain is to grow
 };
+
+// Some points of all, by which a plane is judged.
+struct ThinnedCloud {
+  Net parameters, values;
+  Eigen::VectorXd weights;
+  FitPoints<2> points() const { return {parameters, values, weights}; }
+};
+
+ThinnedCloud thinned(const Net& parameters, const Net& values, const Eigen::VectorXd& weights) {
+  const Index step = (values.rows() + kTrialPoints - 1) / kTrialPoints, count = (values.rows() + step - 1) / step;
+  const auto every = Eigen::seqN(0, count, step);
+  ThinnedCloud some{parameters(every, Eigen::all), values(every, Eigen::all), {}};
+  if (weights.size() > 0) some.weights = weights(every);
+  return some;
+}
 
 // The parameters of the closest points. Where those lie on an edge, a step along the tangent plane leads beyond it.
 Corrected corrected(const Surface& surface, const Net& values, const Net& starts) {
@@ -210,21 +233,29 @@ DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& optio
 
 DrawnCloud drawCloud(const Net& points, const Eigen::VectorXd& weights, const DeepDrawingOptions& options) {
   DrawnCloud best;
+  const auto isWorse = [&](const DrawnSheet& sheet) {
+    return sheet.fit.summary.rms > kClearlyNearer * best.sheet.fit.summary.rms ||
+           (sheet.check.doubt() > kNotOneSheet && best.sheet.check.doubt() <= kNotOneSheet);
+  };
   for (int plane = 0; plane < 3; ++plane) {
     DrawnSheet sheet;
     try {
-      sheet = drawSheet({planeParameters(points, plane), points, weights}, options);
+      const Net parameters = planeParameters(points, plane);
+      if (plane > 0 && points.rows() > kTrialPoints) {
+        const DrawnSheet trial = drawSheet(thinned(parameters, points, weights).points(), options);
+        if (trial.fit.summary.stopped || isWorse(trial)) continue;
+      }
+      sheet = drawSheet({parameters, points, weights}, options);
     } catch (const InvalidInput&) {
       // From the side a cloud may be too thin.
       if (plane == 0) throw;
       continue;
     }
-    const bool worse = sheet.fit.summary.rms > kClearlyNearer * best.sheet.fit.summary.rms ||
-                       (sheet.check.doubt() > kNotOneSheet && best.sheet.check.doubt() <= kNotOneSheet);
-    if (plane > 0 && worse) continue;
+    if (plane > 0 && isWorse(sheet)) continue;
     best = {std::move(sheet), plane};
     const SheetCheck& check = best.sheet.check;
-    if (best.sheet.fit.summary.stopped || (check.doubt() <= kDoubtful && check.thickness <= kThick)) break;
+    const bool near = check.thickness <= kThick && best.sheet.fit.summary.rms < kWide * width(best.sheet.parameters);
+    if (best.sheet.fit.summary.stopped || (near && check.doubt() <= kDoubtful && !best.sheet.folded)) break;
   }
   return best;
 }

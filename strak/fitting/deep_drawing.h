@@ -39,8 +39,9 @@ struct DrawnSheet {
 DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& options = {});
 
 // A sheet near points without parameters: drawn from their plane of least squares; if many points then lie in
-// layers, from the planes of their other axes too. One of those is returned if its errors are less than half as large,
-// but none with many layers instead of one without.
+// layers, it would fold, or is far from the points (a strip that waves higher than it is wide), from the planes of
+// their other axes too. One of those is returned if its errors are less than half as large, but none with many layers
+// instead of one without.
 struct DrawnCloud {
   DrawnSheet sheet;
   int plane = 0;  // as in planeParameters

@@ -22,6 +22,7 @@ constexpr double kLeastErrors = 1e-9;
 // Cells with a larger bimodality have two groups of heights; a larger share of the points in them is worth a word.
 constexpr double kTwoGroups = 0.8;
 constexpr double kManyTwoGroups = 0.05;
+constexpr double kRounding = 1e-8;  // errors, in parts of the values, below which groups are patterns of rounding
 // Eigenvalues of the polynomials' Gram matrix, relative to the largest, below which the points lie on a line.
 constexpr double kLeastDetermination = 1e-12;
 
@@ -33,8 +34,9 @@ Eigen::RowVectorXd basisRow(const std::array<KnotVector, D>& knots, const Eigen:
   for (std::size_t k = 0; k < D; ++k) {
     const double u = at[static_cast<Index>(k)];
     if (!(u >= knots[k].from() && u <= knots[k].to())) {
-      throw InvalidInput(fmt::format("an interpolation condition lies at {} = {:g}, outside the domain [{:g}, {:g}]",
-                                     directionName(static_cast<int>(k)), u, knots[k].from(), knots[k].to()));
+      throw InvalidInput(fmt::format(
+          "an interpolation condition lies at {} = {:g}, outside the domain [{:g}, {:g}]: give a larger one",
+          directionName(static_cast<int>(k)), u, knots[k].from(), knots[k].to()));
     }
     span[k] = knots[k].findSpan(u);
     basis[k] = basisDerivatives(knots[k], span[k], u, 0);
@@ -318,7 +320,8 @@ Fit<D> fitLeastSquares(const std::array<KnotVector, D>& knots, Index columns, co
   }
   fit.system = combined(problem.data, smoothed.lambda, problem.energy);
   fit.energy = std::move(problem.energy);
-  if (const auto groups = twoGroups<D>(fit); groups.share > kManyTwoGroups) {
+  const bool rounding = !(summary.rms > kRounding * std::sqrt(sums.squares / sums.weight));
+  if (const auto groups = twoGroups<D>(fit); groups.share > kManyTwoGroups && !rounding) {
     summary.warnings.push_back(
         fmt::format("in {:.0f} % of the knot cells' points the heights fall into two groups, for instance around "
                     "({:.6g}): the cloud "

@@ -34,7 +34,7 @@ class Reweighting {
       }
     }
     total_ = base_.sum();
-    weights_ = Eigen::VectorXd::Ones(points.count());
+    weights_ = options.first.size() > 0 ? options.first : Eigen::VectorXd::Ones(points.count());
   }
 
   RobustFit<D> run() {
@@ -166,6 +166,10 @@ RobustFit<D> fitRobustly(const std::array<KnotVector, D>& knots, const FitPoints
   }
   if (points.parameters.cols() != D || points.values.rows() != points.count()) {
     throw InvalidInput("a robust fit needs a row of parameters and of values for each point");
+  }
+  if (options.first.size() > 0 && options.first.size() != points.count()) {
+    throw InvalidInput(fmt::format("a robust fit of {} points has {} weights to begin with: give one a point or none",
+                                   points.count(), options.first.size()));
   }
   return Reweighting<D>(knots, points, options).run();
 }

@@ -16,7 +16,8 @@ template <int D>
 struct RobustFitOptions {
   FitOptions<D> fit;  // with its smoothing; a weight that is to be chosen is chosen without the outliers
   Loss loss = Loss::huber;
-  double scale = 0;  // of the noise; 0: from the median of the errors
+  double scale = 0;       // of the noise; 0: from the median of the errors
+  Eigen::VectorXd first;  // weights of the first fit, like 0 for likely outliers; empty: all 1
   int rounds = 1000;
   double gap = 1e-3;  // l1: stop when the objective is certified to be this near to the least one, relatively
 };

@@ -108,6 +108,19 @@ TEST_F(FitCommand, PassesThroughConditionsExactly) {
   EXPECT_NEAR(evaluate<2>(surface, {0, 0})[2], 1, 1e-12);
 }
 
+TEST_F(FitCommand, ReachesAsFarAsItsConditions) {
+  const std::string points = saddle(20, 0.01);
+  write("corner.csv", "x,y,z\n1.25,2.5,3\n");
+  json({"fit", points, "-o", path("out.g2"), "--conditions", path("corner.csv"), "--size", "8"});
+  const Surface surface = test::readSurface(file("out.g2"));
+  EXPECT_EQ(surface.knots(0).to(), 1.25);
+  EXPECT_EQ(surface.knots(1).to(), 2.5);
+  EXPECT_NEAR(evaluate<2>(surface, {1.25, 2.5})[2], 3, 1e-12);
+  EXPECT_NE(refusal({"fit", points, "-o", path("no.g2"), "--conditions", path("corner.csv"), "--domain", "0,1,0,2"})
+                .find("outside the domain"),
+            std::string::npos);
+}
+
 TEST_F(FitCommand, SmoothsAsItIsTold) {
   const std::string points = saddle(30, 0.01);
   const auto noise = json({"fit", points, "-o", path("a.g2"), "--noise", "0.0055"});
@@ -225,6 +238,20 @@ TEST_F(FitCommand, RepeatedPointsCountAsOneMeasurement) {
   EXPECT_NEAR(repeated["smoothing"]["freedom"].get<double>(), single["smoothing"]["freedom"].get<double>(), 1e-3);
   ASSERT_EQ(repeated["warnings"].size(), 1);
   EXPECT_NE(repeated["warnings"][0].get<std::string>().find("3200 points repeat others"), std::string::npos);
+}
+
+TEST_F(FitCommand, WarnsOfHeightsFarBeyondThePoints) {
+  // A narrow strip along the diagonal says little of the corners beside it.
+  std::string text = "x,y,z\n";
+  for (int i = 0; i <= 100; ++i) {
+    const double x = i / 100.0, y = x + (i % 3 - 1) * 0.01;
+    text += fmt::format("{},{},{}\n", x, y, 50 * (x - y) * (x - y) + std::sin(3 * x));
+  }
+  const std::string strip = write("strip.csv", text);
+  const Outcome outcome = strak({"fit", strip, "-o", path("out.g2"), "--size", "8"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_NE(outcome.err.find("beside the points the surface reaches"), std::string::npos) << outcome.err;
+  EXPECT_EQ(strak({"fit", saddle(20, 0.01), "-o", path("out.g2")}).err, "");
 }
 
 TEST_F(FitCommand, WarnsWhereThePointsAreFew) {

@@ -52,6 +52,23 @@ TEST_F(PointFiles, ReadsTheUsualTables) {
   EXPECT_EQ(read("2\nmade by a scanner\n1.5\t-2\t3e-2\n4\t5.25\t6\n"), expected);
 }
 
+TEST_F(PointFiles, ReadWhatOtherProgramsWrite) {
+  Net expected(2, 3);
+  expected << 1.5, -2, 3e-2, 4, 5.25, 6;
+  // The mark of UTF-8 before the first number, Fortran's exponents, quotes, comments behind the numbers.
+  EXPECT_EQ(read("\xEF\xBB\xBF"
+                 "1.5,-2,3e-2\n4,5.25,6\n"),
+            expected);
+  EXPECT_EQ(read("\xEF\xBB\xBFx,y,z\n1.5,-2,3e-2\n4,5.25,6\n"), expected);
+  EXPECT_EQ(read("1.5D0 -2.0D+00 3.0d-02\n0.4D1 5.25 6\n"), expected);
+  EXPECT_EQ(read("\"1.5\",\"-2\",\"3e-2\"\n'4', \"5.25\" ,6\n"), expected);
+  EXPECT_EQ(read("1.5 -2 3e-2 # first\n4 5.25 6 // last\n"), expected);
+  EXPECT_EQ(read("1,5;-2;0,03 % first\n4;5,25;6\n"), expected);
+  EXPECT_EQ(problem("1 2 3\n4 5 6E\n"), ", line 2: '6E' is not a number: correct or remove it");
+  EXPECT_EQ(problem("1 2 3\n4 5D 6\n"), ", line 2: '5D' is not a number: correct or remove it");
+  EXPECT_EQ(problem("1 2 3\n4 5 # 6\n"), ", line 2: 2 numbers, where the first row has 3: correct or remove it");
+}
+
 TEST_F(PointFiles, KnowTheirColumnsByName) {
   const PointFile file(write("# \"Y (m)\" , X_, weight,Z\n1,2,3,4\n"));
   EXPECT_EQ(file.columns(), 4);
@@ -78,6 +95,13 @@ TEST_F(PointFiles, ReadGridsWithMissingValues) {
   Net expected(5, 3);
   expected << 11, 23, 1, 13, 23, 2, 11, 21, 4, 13, 21, 5, 15, 21, 6;
   EXPECT_EQ(read(head + "1 2 -9999\n4 5 6\n"), expected);
+  EXPECT_EQ(read("ncols 3\nnrows 2\nxllcenter 11\nyllcenter 21\ncellsize 2\nNODATA_value nan\n1 2 nan\n4 5 6\n"),
+            expected);
+  // Cells need not be squares; without their size there is no grid.
+  expected.col(0) << 10.5, 11.5, 10.5, 11.5, 12.5;
+  EXPECT_EQ(read("ncols 3\nnrows 2\nxllcorner 10\nyllcorner 20\ndx 1\ndy 2\n1 2 -9999\n4 5 6\n"), expected);
+  EXPECT_EQ(problem("ncols 3\nnrows 2\n1 2 -9999\n4 5 6\n"),
+            ": a grid needs ncols, nrows and cellsize (or dx and dy) above zero");
   EXPECT_EQ(problem(head + "1 2 3\n4 5\n"),
             " does not hold the 2 x 3 heights that its head announces: it may be damaged");
   EXPECT_EQ(problem(head + "1 2 3\n4 5 6 7\n"),

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cctype>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
@@ -38,12 +39,15 @@ class PointImport : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  Net read(const std::string& name, const std::string& text) const {
+  std::filesystem::path file(const std::string& name, const std::string& text) const {
     const auto path = folder_ / name;
     std::ofstream(path, std::ios::binary) << text;
-    const PointFile file(path);
-    EXPECT_EQ(file.columnNamed("z"), 2);
-    return readPoints(file);
+    return path;
+  }
+  Net read(const std::string& name, const std::string& text) const {
+    const PointFile points(file(name, text));
+    EXPECT_EQ(points.columnNamed("z"), 2);
+    return readPoints(points);
   }
   std::string problem(const std::string& name, const std::string& text) const {
     try {
@@ -133,6 +137,11 @@ TEST_F(PointImport, TakesTheVerticesOfStlOnce) {
                             "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0.5\nendloop\nendfacet\n" + triangle +
                             "vertex 1 0 0\n vertex 1 1 2\nvertex 0 1 5e-1\nendloop\nendfacet\nendsolid\n";
   EXPECT_EQ(read("a.stl", ascii), expected);
+  std::string capitals = ascii;
+  std::transform(capitals.begin(), capitals.end(), capitals.begin(), [](unsigned char c) { return std::toupper(c); });
+  EXPECT_EQ(read("capitals.stl", capitals), expected);
+  EXPECT_EQ(problem("c.stl", ascii.substr(0, ascii.rfind("endsolid"))),
+            ": the file ends without 'endsolid': it may be damaged");
   const auto binaryTriangle = [](const std::vector<float>& vertices) {
     return bytesOf<float>({0, 0, 1}) + bytesOf<float>(vertices) + std::string(2, '\0');
   };
@@ -145,6 +154,62 @@ TEST_F(PointImport, TakesTheVerticesOfStlOnce) {
             ": the STL file is shorter than it says: it may be damaged");
   expectNoHarm("d.stl", binary);
   expectNoHarm("d.stl", ascii);
+}
+
+TEST_F(PointImport, TakesThePointsOfG2Clouds) {
+  const Net expected = rows({{0, 0, 0}, {1, 0, 0}, {0, 1, 0.5}, {1, 1, 2}});
+  const std::string first = "400 1 0 0\n3\n0 0 0\n1 0 0\n0 1 0.5\n", second = "400 1 0 4 255 0 0 255\n1\n1 1 2\n";
+  const std::string line = "100 1 0 0\n3 0\n2 2\n0 0 1 1\n0 0 0\n1 1 1\n";
+  EXPECT_EQ(read("a.g2", first + second), expected);
+  EXPECT_EQ(read("a.g2", line + "\n" + first + line + second), expected);
+  EXPECT_EQ(read("a.txt", first + second), expected);  // by its content
+  EXPECT_EQ(problem("a.g2", line), ": the .g2 file holds no point cloud (class 400): give measured points");
+  EXPECT_EQ(problem("a.g2", first.substr(0, first.size() - 4)),
+            ": line 5: the file ends where a coordinate should be: it is cut off");
+  EXPECT_EQ(problem("a.g2", "400 1 0 0\n9999999\n1 2 3\n"),
+            ": line 2: the file is too short for 9999999 points: it may be damaged");
+  EXPECT_NE(problem("a.g2", "400 1 0 0\n1\n1 2 nan\n"), "");
+  expectNoHarm("a.g2", line + first + second);
+}
+
+TEST_F(PointImport, PassesOverListsAndElementsOfPlyFiles) {
+  const Net expected = rows({{1, 2, 3}, {4, 5, -6}, {7, 8, 9.5}});
+  const std::string head =
+      "element sensor 2\nproperty float a\nproperty list uchar short b\nelement vertex 3\nproperty double x\n"
+      "property list uchar int marks\nproperty double y\nproperty double z\nend_header\n";
+  const std::string ascii = "ply\nformat ascii 1.0\n" + head + "0.5 2 7 8\n1.5 0\n1 2 9 9 2 3\n4 0 5 -6\n7 1 3 8 9.5\n";
+  EXPECT_EQ(read("a.ply", ascii), expected);
+  for (const bool big : {false, true}) {
+    const auto real = [&](double value) { return bytesOf<double>({value}, big); };
+    const std::string bytes = std::string("ply\nformat ") + (big ? "binary_big_endian" : "binary_little_endian") +
+                              " 1.0\n" + head + bytesOf<float>({0.5F}, big) + '\2' +
+                              bytesOf<std::int16_t>({7, 8}, big) + bytesOf<float>({1.5F}, big) + '\0' + real(1) + '\2' +
+                              bytesOf<std::int32_t>({9, 9}, big) + real(2) + real(3) + real(4) + '\0' + real(5) +
+                              real(-6) + real(7) + '\1' + bytesOf<std::int32_t>({3}, big) + real(8) + real(9.5);
+    EXPECT_EQ(read("b.ply", bytes), expected);
+    EXPECT_EQ(problem("b.ply", bytes.substr(0, bytes.size() - 3)),
+              ": the PLY file ends within its points: it may be damaged");
+    expectNoHarm("b.ply", bytes);
+  }
+  EXPECT_EQ(problem("a.ply",
+                    "ply\nformat ascii 1.0\nelement x 99999999999\nelement vertex 9\nproperty float x\nend_header\n"),
+            ": the PLY file ends within its points: it may be damaged");
+  EXPECT_EQ(problem("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty list uchar blob b\nend_header\n0\n"),
+            ": the PLY file has a property of type 'blob', which is not understood");
+}
+
+TEST_F(PointImport, PutsAirfoilsInOneOrder) {
+  const std::string upper = " 0.0 0.0\n 0.5 0.1\n 1.0 0.01\n", lower = " 0.0 0.0\n 0.4 -0.05\n 1.0 0.0\n";
+  const auto pointsOf = [&](const std::string& name, const std::string& text) {
+    const auto path = file(name, text);
+    return readPoints(PointFile(path));
+  };
+  Net expected(5, 2);
+  expected << 1, 0.01, 0.5, 0.1, 0, 0, 0.4, -0.05, 1, 0;
+  EXPECT_EQ(pointsOf("lednicer.dat", "A WING\n  3.  3.\n\n" + upper + "\n" + lower), expected);
+  EXPECT_EQ(pointsOf("selig.dat", "A WING\n 1.0 0.01\n 0.5 0.1\n" + lower), expected);
+  // Numbers that do not count the rows are a point.
+  EXPECT_EQ(pointsOf("points.dat", "3 4\n" + upper + lower).rows(), 7);
 }
 
 TEST_F(PointImport, ReadsCompressedClouds) {

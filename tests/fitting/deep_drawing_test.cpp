@@ -158,6 +158,24 @@ TEST(DeepDrawing, TriesTheOtherPlanes) {
   EXPECT_EQ(drawn.sheet.check.layered, 0);
 }
 
+TEST(DeepDrawing, SeesStripsThatWaveHigherThanTheyAreWide) {
+  // Their plane of least squares shows them from the side.
+  const Net strip =
+      cloud(6000, [](double s, double t) { return Eigen::Vector3d(25 * s, t / 2, std::sin(25 * s / 3)); });
+  DrawnCloud drawn = drawCloud(strip, {}, size(20));
+  EXPECT_NE(drawn.plane, 0);
+  EXPECT_LT(drawn.sheet.fit.summary.rms, 1.6 * kNoise);
+  // A steep saddle without a quadrant: from the side its empty corner would fold.
+  Net saddle = cloud(5000, [](double s, double t) { return Eigen::Vector3d(s, t, 1.2 * (s * s - t * t)); });
+  Index kept = 0;
+  for (Index r = 0; r < saddle.rows(); ++r) {
+    if (saddle(r, 0) < 0 || saddle(r, 1) < 0) saddle.row(kept++) = saddle.row(r);
+  }
+  saddle.conservativeResize(kept, Eigen::NoChange);
+  drawn = drawCloud(saddle, {}, size(20));
+  EXPECT_LT(drawn.sheet.fit.summary.rms, 1.3 * kNoise);
+}
+
 TEST(DeepDrawing, SaysWhenACloudIsNotOneSheet) {
   int number = 0;
   const Net two = cloud(6000, [&number](double s, double t) {
