@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "strak/base/error.h"
 #include "strak/fitting/loss.h"
@@ -231,6 +232,28 @@ DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& optio
   return result;
 }
 
+namespace {
+
+// Mean of the distances, which a few far points do not dominate.
+double meanDistance(const DrawnSheet& sheet, const FitPoints<2>& points) {
+  const auto closest = closestPointsFrom<2>(sheet.fit.spline, points.values, sheet.parameters);
+  if (points.weights.size() == 0) return closest.distances.mean();
+  return closest.distances.dot(points.weights) / points.weights.sum();
+}
+
+// With outliers a plain sheet is bent; without, Huber's weights may give up what the sheet has not reached yet. So both
+// are drawn.
+DrawnSheet drawWishedSheet(const FitPoints<2>& points, DeepDrawingOptions options) {
+  const bool robust = std::exchange(options.robust, false);
+  DrawnSheet plain = drawSheet(points, options);
+  if (!robust || plain.fit.summary.stopped) return plain;
+  options.robust = true;
+  DrawnSheet sheet = drawSheet(points, options);
+  return meanDistance(sheet, points) < meanDistance(plain, points) ? sheet : plain;
+}
+
+}  // namespace
+
 DrawnCloud drawCloud(const Net& points, const Eigen::VectorXd& weights, const DeepDrawingOptions& options) {
   DrawnCloud best;
   const auto isWorse = [&](const DrawnSheet& sheet) {
@@ -242,10 +265,10 @@ DrawnCloud drawCloud(const Net& points, const Eigen::VectorXd& weights, const De
     try {
       const Net parameters = planeParameters(points, plane);
       if (plane > 0 && points.rows() > kTrialPoints) {
-        const DrawnSheet trial = drawSheet(thinned(parameters, points, weights).points(), options);
+        const DrawnSheet trial = drawWishedSheet(thinned(parameters, points, weights).points(), options);
         if (trial.fit.summary.stopped || isWorse(trial)) continue;
       }
-      sheet = drawSheet({parameters, points, weights}, options);
+      sheet = drawWishedSheet({parameters, points, weights}, options);
     } catch (const InvalidInput&) {
       // From the side a cloud may be too thin.
       if (plane == 0) throw;

@@ -18,6 +18,7 @@ struct DeepDrawingOptions {
   std::array<Index, 2> size{20, 20};  // control points, along the longer and the shorter direction of the cloud
   int steps = 60;                     // at most
   // Huber's weights by the distances of the step before: outliers neither bend the sheet nor enlarge its domain.
+  // drawCloud draws plainly, too, and keeps what has the smaller mean distance.
   bool robust = false;
   Progress progress;
 };
