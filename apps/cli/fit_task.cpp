@@ -20,9 +20,9 @@
 #include "strak/fitting/curve_drawing.h"
 #include "strak/fitting/domain_shape.h"
 #include "strak/fitting/parameter_correction.h"
-#include "strak/fitting/through_points.h"
 #include "strak/fitting/parametrization.h"
 #include "strak/fitting/steady_points.h"
+#include "strak/fitting/through_points.h"
 #include "strak/metrology/closest_points.h"
 #include "strak/spline/evaluate.h"
 
@@ -120,7 +120,7 @@ struct FitTask {
   Net through{};  // conditions whose parameters are not known yet
   std::optional<DrawnCloud> drawn{};
   std::optional<FitOptions<D>> kept{};  // how the drawn sheet was made again, where any other one folds
-  std::vector<Index> steady{};  // with a robust loss, points along a curve that are no outliers
+  std::vector<Index> steady{};          // with a robust loss, points along a curve that are no outliers
   Fit<D> fit{};
   FitReport report{};
 
@@ -263,9 +263,9 @@ void warnOfSheet(FitTask<2>& task) {
       task.kept && task.through.rows() == 0 ? task.drawn->sheet.check : checkSheet(task.fit.spline, task.points());
   for (auto& warning : sheetWarnings(check, task.fit.spline)) warnings.push_back(std::move(warning));
   if (!task.kept) return;
-  warnings.push_back(
-      fmt::format("with less smoothing than {:.3g} the surface folds: the sheet drawn until then is kept",
-                  task.drawn->sheet.fit.summary.lambda));
+  warnings.push_back(fmt::format(
+      "with less smoothing than {:.3g} the surface folds: the sheet drawn until then is kept{}",
+      task.drawn->sheet.fit.summary.lambda, task.robust() ? ", with an rms in which outliers count less" : ""));
 }
 
 // The fit again, through points whose parameters are those of their closest points on it.
