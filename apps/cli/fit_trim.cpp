@@ -110,9 +110,14 @@ Json jsonOf(const FairLoop& loop) {
 }  // namespace
 
 void addTrimOptions(CLI::App& command, TrimArguments& arguments) {
-  command.add_option("--trim", arguments.gap,
-                     "Trim the surface along the border of the points and around their holes (STEP, IGES, BREP): auto, "
-                     "or how wide a gap is to count as a hole");
+  command
+      .add_option(
+          "--trim", arguments.gap,
+          "Trim the surface along the border of the points and around their holes (STEP, IGES, BREP); a length: "
+          "how wide a gap is to count as a hole")
+      ->expected(0, 1)
+      ->default_str("auto")
+      ->option_text("[L]");
   command.add_option("--trim-tolerance", arguments.tolerance,
                      "How far a trimming curve may be from the border points; default: auto, by their spacing");
 }

@@ -39,8 +39,7 @@ constexpr double kStrip = 1.5;  // the points' spacing: how uncertain a border i
 
 TEST_F(FitTrim, AHeightFieldWithTwoHoles) {
   for (const char* name : {"out.step", "out.igs"}) {
-    const auto object =
-        json({"fit", sheet("in.csv"), "-o", path(name), "--size", "12", "--trim", "auto"})["objects"][0];
+    const auto object = json({"fit", sheet("in.csv"), "--trim", "-o", path(name), "--size", "12"})["objects"][0];
     const auto& trimming = object["trimming"];
     EXPECT_EQ(trimming["faces"], 1);
     ASSERT_EQ(trimming["loops"].size(), 3U);
