@@ -102,6 +102,7 @@ void PointFile::readHead() {
   if (text.starts_with(kMark)) text.remove_prefix(kMark.size());
   dialect_ = dialectOf(text);
   Index line = 0;
+  std::string nearly;  // why the first line that begins with a number is no row
   while (!text.empty()) {
     const auto at = static_cast<std::uintmax_t>(text.data() - head.data());
     const std::string_view content = trimmed(nextLine(text));
@@ -112,6 +113,9 @@ void PointFile::readHead() {
     if (!row) {
       // Column names may stand in a comment; the last line before the numbers counts.
       if (!content.empty()) before = content;
+      if (nearly.empty() && !numbers.empty() && !offending.empty()) {
+        nearly = fmt::format(" (line {}: '{}' is not a number)", line, offending.substr(0, kShown));
+      }
       continue;
     }
     columns_ = static_cast<Index>(numbers.size());
@@ -121,7 +125,7 @@ void PointFile::readHead() {
     if (static_cast<Index>(names_.size()) != columns_) names_.clear();
     return;
   }
-  throw InvalidInput(fmt::format("'{}' holds no row of two or more numbers: give a point a line", name_));
+  throw InvalidInput(fmt::format("'{}' holds no row of two or more numbers{}: give a point a line", name_, nearly));
 }
 
 void PointFile::readGridHead(const std::string& head) {

@@ -28,6 +28,9 @@ Net chordLengthParameters(const Net& points) {
 Net planeParameters(const Net& points, int plane) {
   if (points.cols() != 3) throw InvalidInput("a sheet needs points with three coordinates");
   if (points.rows() == 0) throw InvalidInput("there are no points to fit");
+  if (points.rows() < 3) {
+    throw InvalidInput("a surface needs at least three points beside one another, and many more to be of use");
+  }
   if (plane < 0 || plane > 2) throw InvalidInput("a cloud has three planes through its axes: 0, 1 and 2");
   const Eigen::RowVector3d mean = points.colwise().mean();
   const Net centred = points.rowwise() - mean;

@@ -85,6 +85,8 @@ TEST_F(PointFiles, SayWhichLineIsWrong) {
   EXPECT_EQ(problem("1 2 3\n\n4 5\n"), ", line 3: 2 numbers, where the first row has 3: correct or remove it");
   EXPECT_EQ(problem(" \n"), " is empty: give a file with a row of numbers a point");
   EXPECT_EQ(problem("hello\nworld\n"), " holds no row of two or more numbers: give a point a line");
+  EXPECT_EQ(problem("1 2 nan\n2 3 nan\n"),
+            " holds no row of two or more numbers (line 1: 'nan' is not a number): give a point a line");
   EXPECT_EQ(problem(std::string("1 2 3\n\0\n", 8)), " is not a text file: convert the points to text");
   EXPECT_THROW(PointFile("/nowhere/points.txt"), InvalidInput);
   EXPECT_THROW(PointFile("/"), InvalidInput);
