@@ -378,17 +378,17 @@ std::vector<FairPart> fairBorders(const Eigen::Ref<const Net>& points, const Bor
   std::vector<CurveLoop> curves(loops.size());
   std::vector<std::vector<Index>> starts(loops.size());
   std::vector<int> rounds(loops.size(), 0);
-  std::vector<char> todo(loops.size(), 1);
-  while (std::count(todo.begin(), todo.end(), 1) > 0) {
+  std::vector<char> open(loops.size(), 1);
+  while (std::count(open.begin(), open.end(), 1) > 0) {
     for (std::size_t i = 0; i < loops.size(); ++i) {
-      if (todo[i] == 0) continue;
+      if (open[i] == 0) continue;
       fair[i] = fairLoop(loops[i], limits[i], rounds[i], pinned[i], options.domain, starts[i]);
       curves[i] = fair[i].pieces;
     }
     const auto places = placesNotClear(curves, kClearance * least);
     for (std::size_t i = 0; i < loops.size(); ++i) {
-      todo[i] = !places[i].empty() && fair[i].pinned < fair[i].points ? 1 : 0;
-      if (todo[i] == 0) continue;
+      open[i] = !places[i].empty() && fair[i].pinned < fair[i].points ? 1 : 0;
+      if (open[i] == 0) continue;
       const bool moved = ++rounds[i] <= kTubes || pin(loops[i], places[i], starts[i], rounds[i] - kTubes, pinned[i]);
       if (!moved || rounds[i] >= kRounds) std::fill(pinned[i].begin(), pinned[i].end(), 1);
     }

@@ -267,23 +267,23 @@ class Shape {
   std::vector<std::int32_t> splitIntoParts(Borders& result) const {
     std::vector<std::int32_t> part(kept_.size(), -1);
     std::vector<BorderPart> parts;
-    std::vector<std::size_t> todo;
+    std::vector<std::size_t> open;
     for (std::size_t seed = 0; seed < kept_.size(); ++seed) {
       if (kept_[seed] == 0 || part[seed] >= 0) continue;
       const auto number = static_cast<std::int32_t>(parts.size());
       BorderPart& own = parts.emplace_back();
       part[seed] = number;
-      todo.assign(1, seed);
-      while (!todo.empty()) {
-        const std::size_t t = todo.back();
-        todo.pop_back();
+      open.assign(1, seed);
+      while (!open.empty()) {
+        const std::size_t t = open.back();
+        open.pop_back();
         own.area += area(t);
         for (Corner k = 0; k < 3; ++k) {
           if (isBorder(t, k)) continue;
           const auto n = static_cast<std::size_t>(mesh_.neighbours[t][k]);
           if (part[n] >= 0) continue;
           part[n] = number;
-          todo.push_back(n);
+          open.push_back(n);
         }
       }
     }
