@@ -56,6 +56,10 @@ Net chosen(const Net& block, const std::vector<Index>& columns) {
 
 }  // namespace
 
+const char* kindName(FitKind kind) {
+  return kind == FitKind::function ? "function" : kind == FitKind::surface ? "surface" : "curve";
+}
+
 PointFile pointFile(const std::filesystem::path& path, const std::string& columns) {
   PointFile file(path);
   if (columns.empty()) return file;

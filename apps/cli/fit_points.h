@@ -14,6 +14,9 @@ namespace strak::cli {
 
 enum class FitKind { function, surface, curve };
 
+// The word for it on the command line.
+const char* kindName(FitKind kind);
+
 // What each column is; -1: there is none.
 struct FitColumns {
   FitKind kind = FitKind::function;

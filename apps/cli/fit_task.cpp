@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/cli/console.h"
+#include "apps/cli/fit_conditions.h"
 #include "apps/cli/fit_energy.h"
 #include "apps/cli/fit_knots.h"
 #include "apps/cli/fit_sheet.h"
@@ -41,44 +42,6 @@ Smoothing smoothingOf(const FitArguments& arguments) {
   if (arguments.smoothing == "auto") return Smoothing::automatic();
   if (arguments.smoothing == "reml") return Smoothing::likeliest();
   return Smoothing::fixed(positiveNumber("--smoothing", arguments.smoothing, true));
-}
-
-const char* kindName(FitKind kind) {
-  return kind == FitKind::function ? "function" : kind == FitKind::surface ? "surface" : "curve";
-}
-
-// Those with parameters go into the options; the places of those without are returned.
-template <int D>
-Net takeConditions(const FitArguments& arguments, const FitColumns& columns, FitOptions<D>& options) {
-  if (arguments.conditions.empty()) return {};
-  const PointFile file = pointFile(arguments.conditions, arguments.columns);
-  const FitColumns own = fitColumns(file, kindName(columns.kind));
-  const bool placed = own.parameters.empty();
-  if (own.values.size() != columns.values.size() || own.directions != columns.directions ||
-      (!placed && columns.parameters.empty())) {
-    throw InvalidInput(fmt::format("'{}' must have the same columns as '{}'", arguments.conditions, arguments.input));
-  }
-  const Net rows = readPoints(file);
-  const auto chosen = [&](const std::vector<Index>& numbers) {
-    Net result(rows.rows(), static_cast<Index>(numbers.size()));
-    for (std::size_t k = 0; k < numbers.size(); ++k) result.col(static_cast<Index>(k)) = rows.col(numbers[k]);
-    return result;
-  };
-  if (placed) return chosen(own.values);
-  options.conditionParameters = chosen(own.parameters);
-  options.conditionValues = chosen(own.values);
-  return {};
-}
-
-// The box of the points' parameters becomes that of the conditions', too.
-template <int D>
-void includeConditions(const FitOptions<D>& options, FitInput<D>& input) {
-  if (options.conditionParameters.rows() == 0) return;
-  for (std::size_t k = 0; k < D; ++k) {
-    const auto places = options.conditionParameters.col(static_cast<Index>(k));
-    input.from[k] = std::min(input.from[k], places.minCoeff());
-    input.to[k] = std::max(input.to[k], places.maxCoeff());
-  }
 }
 
 // How many rounds of parameter correction: only points that come without parameters are corrected unasked.
@@ -381,7 +344,8 @@ void write(FitTask<D>& task, const FitColumns& columns) {
 template <int D>
 FitReport fitAndWrite(const FitArguments& arguments, const PointFile& file, const FitColumns& columns) {
   FitTask<D> task{arguments, optionsOf<D>(arguments), correctionRounds(arguments, columns)};
-  task.through = takeConditions<D>(arguments, columns, task.options.fit);
+  task.through =
+      takeConditions<D>({arguments.conditions, arguments.columns, arguments.input}, columns, task.options.fit);
   task.refining = task.report.adaptive = !arguments.tolerance.empty();
   task.report.tolerance = task.options.fit.tolerance;
   task.report.share = task.options.share;
