@@ -203,7 +203,7 @@ void fitCorrected(FitTask<D>& task) {
 // The fit after the drawing, unless it folds where the drawn sheet does not: then that one.
 void keepSheet(FitTask<2>& task) {
   const DrawnSheet& sheet = task.drawn->sheet;
-  if (checkSheet(task.fit.spline, task.points()).folded <= sheet.check.folded) return;
+  if (checkSheet(task.fit.spline, task.points(), 0).folded <= sheet.check.folded) return;
   FitOptions<2>& options = task.kept.emplace(task.options.fit);
   options.energy = energyNamed<2>(sheet.fit.summary.energyName);
   options.smoothing = Smoothing::fixed(sheet.fit.summary.lambda);

@@ -88,16 +88,27 @@ Net placesInside(const Surface& surface, const Eigen::Ref<const Net>& parameters
   return places;
 }
 
-// Of the file as other programs read it. What cannot be read is not left behind.
-Audit auditOf(const std::string& output) {
+// Writes the faces beside the output and looks at that file as other programs read it; only what can be read takes the
+// output's name.
+Audit writeAudited(const std::filesystem::path& output, const Surface& surface, const std::vector<TrimmedPart>& parts,
+                   const std::string& name) {
+  std::filesystem::path beside = output;
+  beside.replace_filename(fmt::format(".{}.unread{}", output.stem().string(), output.extension().string()));
   try {
-    return readModel(output)->audit();
+    writeTrimmed(beside, surface, parts, name);
+    const Audit audit = readModel(beside)->audit();
+    std::filesystem::rename(beside, output);
+    return audit;
   } catch (const InvalidInput&) {
-    std::filesystem::remove(output);
+    std::filesystem::remove(beside);
     throw Failure(
-        fmt::format("the trimmed face cannot be read back from '{}': points very far from the origin leave "
-                    "too few digits, move them there or write .brep",
-                    output));
+        fmt::format("the trimmed face cannot be read back: points very far from the origin leave too few digits for "
+                    "'{}', move them there or write .brep",
+                    output.string()));
+  } catch (...) {
+    std::error_code ignored;
+    std::filesystem::remove(beside, ignored);
+    throw;
   }
 }
 
@@ -191,8 +202,7 @@ Json writeTrimmedFit(const TrimArguments& arguments, const std::string& output, 
       loops.back()["hole"] = true;
     }
   }
-  writeTrimmed(output, surface, parts, name);
-  const Audit audit = auditOf(output);
+  const Audit audit = writeAudited(output, surface, parts, name);
   if (parts.size() > 1) {
     warnings.push_back(
         fmt::format("the points lie in {} separate parts: the file has a trimmed face for each", parts.size()));

@@ -165,6 +165,9 @@ void drawDeviations(const InspectArguments& arguments, const std::vector<Object>
   const auto width = static_cast<int>(wholeNumber("--size (width)", arguments.size.substr(0, cross), 64, 16384));
   const auto height = static_cast<int>(wholeNumber("--size (height)", arguments.size.substr(cross + 1), 64, 16384));
   if (const auto* curve = std::get_if<Curve>(&*objects.front().spline); curve != nullptr && objects.size() == 1) {
+    if (!arguments.view.empty() || !arguments.range.empty()) {
+      throw InvalidInput("--view and --range are for pictures of surfaces: a curve's is a diagram");
+    }
     CurvePlotOptions options;
     options.width = width;
     options.height = height;

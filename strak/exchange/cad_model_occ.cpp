@@ -125,7 +125,12 @@ class CadModel : public Model {
       refused.push_back(replaceForm(at, spline));
       if (refused.back().empty() && !had.IsNull()) changed.emplace(surfaces_.at(keys_[at]).live.get(), had);
     }
-    if (!changed.empty()) followingEdges_.settle(changed);
+    try {
+      if (!changed.empty()) followingEdges_.settle(changed);
+    } catch (const Standard_Failure& failure) {
+      throw Failure(
+          fmt::format("the edges cannot be followed: Open CASCADE gives up ({})", failure.GetMessageString()));
+    }
     followingEdges_ = FollowingEdges(file_.shape, size_ * file_.unit.millimetres);
     return refused;
   }

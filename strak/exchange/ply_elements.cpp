@@ -39,7 +39,6 @@ CloudField fieldOf(std::string_view type) {
   return field;
 }
 
-// Nothing is said of what is damaged: cloudLayout does.
 Header headerOf(std::string_view text) {
   Header header;
   const std::size_t size = text.size();
@@ -55,9 +54,17 @@ Header headerOf(std::string_view text) {
     if (words[0] == "format" && words.size() > 1) {
       header.binary = words[1] != "ascii";
       header.bigEndian = words[1] == "binary_big_endian";
+      if (header.binary && !header.bigEndian && words[1] != "binary_little_endian") {
+        throw InvalidInput(fmt::format("a PLY file of format '{}' is not understood", words[1]));
+      }
     } else if (words[0] == "element" && words.size() > 2) {
       Element element{words[1], 0, {}};
-      std::from_chars(words[2].data(), words[2].data() + words[2].size(), element.count);
+      const char* const last = words[2].data() + words[2].size();
+      const auto [end, error] = std::from_chars(words[2].data(), last, element.count);
+      if (error != std::errc{} || end != last || element.count < 0) {
+        throw InvalidInput(
+            fmt::format("the PLY file's header says '{}' where a number of {} is expected", words[2], words[1]));
+      }
       header.elements.push_back(std::move(element));
     } else if (words[0] == "property" && !header.elements.empty() && words.size() > 2) {
       Property property{words.back(), {}, {}};

@@ -99,6 +99,7 @@ class PartSearch {
       if (round < kMostRounds) tighten();
       convertOpen();
     }
+    looseByTrims();
     for (std::size_t e = 0; e < edges_.size(); ++e) ++(common_[e] != 0 ? result_.common : result_.near);
     for (std::size_t f = 0; f < faces_.size(); ++f) {
       if (loose_[f] != 0) result_.loose.push_back(faces_[f].name);
@@ -160,6 +161,7 @@ class PartSearch {
   bool isSmooth(const PartEdge& edge) const {
     if (std::isinf(angle_) || !edge.other || !edge.samePlace || surfaceOf(edge.face).pointDimension() != 3)
       return false;
+    if (edge.line.size() < 2 || edge.otherLine.size() < 2) return false;
     const Continuity was = edgeContinuity(surfaceOf(edge.face), parameterPolyline(edge.line), surfaceOf(*edge.other),
                                           parameterPolyline(edge.otherLine), {kSamples});
     return was.angle.max <= kFeature * std::numbers::pi / 180;
@@ -177,7 +179,7 @@ class PartSearch {
         const ParameterCurve along = parameterPolyline(line);
         if (inside && !std::isinf(allowed_)) {
           const double ratio = shareOf(edge) / largestDistance(faces_[at].surface, along, made.spline, along);
-          if (kBetween * ratio < 1) near_[at] = tightened(at, ratio);
+          if (kBetween * ratio < 1) near_[at] = std::min(near_[at], tightened(at, ratio));
         }
         if (smooth_[e] != 0) turns[at] = std::max(turns[at], largestTurn(faces_[at].surface, made.spline, along));
       };
@@ -198,6 +200,22 @@ class PartSearch {
       if (wished == wishes_[f].tolerance) continue;
       wishes_[f].tolerance = wished;
       open_.insert(f);
+    }
+  }
+
+  // Where the rounds did not suffice.
+  void looseByTrims() {
+    if (std::isinf(allowed_)) return;
+    for (const PartEdge& edge : edges_) {
+      const auto look = [&](Index face, const std::vector<Eigen::Vector2d>& line, bool inside) {
+        const auto at = static_cast<std::size_t>(face);
+        if (!inside || result_.faces[at].unchanged || loose_[at] != 0 || line.size() < 2) return;
+        const ParameterCurve along = parameterPolyline(line);
+        const double away = largestDistance(faces_[at].surface, along, result_.faces[at].spline, along);
+        if (away > shareOf(edge)) loose_[at] = 1;
+      };
+      look(edge.face, edge.line, !edge.along);
+      if (edge.other) look(*edge.other, edge.otherLine, !edge.otherAlong);
     }
   }
 

@@ -19,6 +19,7 @@ constexpr double kFirstWeight = 1e-5;  // some six degrees of freedom: a loop st
 constexpr double kFactor = 0.25;       // of the weight, from step to step
 constexpr int kSteps = 14;             // at most: nothing is smoothed by less than 1e-13
 constexpr double kBetter = 0.97;       // cross validation's errors that are worth another step, ...
+constexpr double kGrowth = 0.05;       // of the domain's length, per step and end
 constexpr int kPatience = 3;           // ... within so many steps
 constexpr double kAsGood = 1.02;       // cross validation's errors that noise may make
 
@@ -55,7 +56,8 @@ Corrected corrected(const Curve& curve, const Net& values, const Net& starts) {
       const Eigen::RowVectorXd error = values.row(r) - d.row(0).head(columns);
       const double step = error.dot(along) / along.squaredNorm();
       if (end == knots.from() ? step >= 0 : step <= 0) continue;
-      parameters(r, 0) += step;
+      const double most = kGrowth * knots.length();
+      parameters(r, 0) += std::clamp(step, -most, most);
       closest.distances[r] = (error - step * along).norm();
     }
   }
@@ -65,10 +67,17 @@ Corrected corrected(const Curve& curve, const Net& values, const Net& starts) {
 // Huber's weights. The curve ends where points that are no outliers do; the others are moved to its ends.
 Eigen::VectorXd robustWeights(const Eigen::VectorXd& given, Corrected& at) {
   Eigen::VectorXd weights = given.size() != 0 ? given : Eigen::VectorXd::Ones(at.distances.size());
-  const double scale = robustScale(at.distances);
+  std::vector<double> counting;
+  for (Index r = 0; r < weights.size(); ++r) {
+    if (weights[r] > 0) counting.push_back(at.distances[r]);
+  }
+  if (counting.empty()) return weights;
+  const double scale =
+      robustScale(Eigen::Map<const Eigen::VectorXd>(counting.data(), static_cast<Index>(counting.size())));
   if (!(scale > 0)) return weights;
   double from = std::numeric_limits<double>::infinity(), to = -from;
   for (Index r = 0; r < weights.size(); ++r) {
+    if (!(weights[r] > 0)) continue;
     weights[r] *= lossWeight(Loss::huber, at.distances[r], scale);
     if (at.distances[r] > kOutlier * scale) continue;
     from = std::min(from, at.parameters(r, 0));

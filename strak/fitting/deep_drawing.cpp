@@ -109,10 +109,17 @@ Corrected corrected(const Surface& surface, const Net& values, const Net& starts
 // Huber's weights. The domain is that of the points that are no outliers; the others are moved to its edge.
 Eigen::VectorXd robustWeights(const Eigen::VectorXd& given, Corrected& at) {
   Eigen::VectorXd weights = given.size() != 0 ? given : Eigen::VectorXd::Ones(at.distances.size());
-  const double scale = robustScale(at.distances);
+  std::vector<double> counting;
+  for (Index r = 0; r < weights.size(); ++r) {
+    if (weights[r] > 0) counting.push_back(at.distances[r]);
+  }
+  if (counting.empty()) return weights;
+  const double scale =
+      robustScale(Eigen::Map<const Eigen::VectorXd>(counting.data(), static_cast<Index>(counting.size())));
   if (!(scale > 0)) return weights;
   Eigen::RowVector2d from = Eigen::RowVector2d::Constant(std::numeric_limits<double>::infinity()), to = -from;
   for (Index r = 0; r < weights.size(); ++r) {
+    if (!(weights[r] > 0)) continue;
     weights[r] *= lossWeight(Loss::huber, at.distances[r], scale);
     if (at.distances[r] > kOutlier * scale) continue;
     from = from.cwiseMin(at.parameters.row(r));
@@ -256,8 +263,9 @@ DrawnSheet drawWishedSheet(const FitPoints<2>& points, DeepDrawingOptions option
 
 DrawnCloud drawCloud(const Net& points, const Eigen::VectorXd& weights, const DeepDrawingOptions& options) {
   DrawnCloud best;
-  const auto isWorse = [&](const DrawnSheet& sheet) {
-    return sheet.fit.summary.rms > kClearlyNearer * best.sheet.fit.summary.rms ||
+  double nearest = 0;  // mean distance of the best
+  const auto isWorse = [&](const DrawnSheet& sheet, double distance) {
+    return distance > kClearlyNearer * nearest ||
            (sheet.check.doubt() > kNotOneSheet && best.sheet.check.doubt() <= kNotOneSheet);
   };
   for (int plane = 0; plane < 3; ++plane) {
@@ -265,8 +273,9 @@ DrawnCloud drawCloud(const Net& points, const Eigen::VectorXd& weights, const De
     try {
       const Net parameters = planeParameters(points, plane);
       if (plane > 0 && points.rows() > kTrialPoints) {
-        const DrawnSheet trial = drawWishedSheet(thinned(parameters, points, weights).points(), options);
-        if (trial.fit.summary.stopped || isWorse(trial)) continue;
+        const ThinnedCloud some = thinned(parameters, points, weights);
+        const DrawnSheet trial = drawWishedSheet(some.points(), options);
+        if (trial.fit.summary.stopped || isWorse(trial, meanDistance(trial, some.points()))) continue;
       }
       sheet = drawWishedSheet({parameters, points, weights}, options);
     } catch (const InvalidInput&) {
@@ -274,7 +283,9 @@ DrawnCloud drawCloud(const Net& points, const Eigen::VectorXd& weights, const De
       if (plane == 0) throw;
       continue;
     }
-    if (plane > 0 && isWorse(sheet)) continue;
+    const double distance = meanDistance(sheet, {sheet.parameters, points, weights});
+    if (plane > 0 && isWorse(sheet, distance)) continue;
+    nearest = distance;
     best = {std::move(sheet), plane};
     const SheetCheck& check = best.sheet.check;
     const bool near = check.thickness <= kThick && best.sheet.fit.summary.rms < kWide * width(best.sheet.parameters);

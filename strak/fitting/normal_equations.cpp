@@ -185,6 +185,7 @@ void FitErrors<D>::add(const FitPoints<D>& points) {
         record[3 + c] -= values[static_cast<std::size_t>(r * columns + c)];
         squares += record[3 + c] * record[3 + c];
       }
+      if (record[2] == 0) continue;  // does not count, wherever it is
       sums.weight += record[2];
       sums.squares += record[2] * squares;
       Cell& cell = cells[from.cells[r]];

@@ -135,7 +135,14 @@ class Reweighting {
   void finish(RobustFit<D>& result) const {
     double squares = 0;
     FitSummary& summary = result.fit.summary;
+    summary.max = 0;
     for (Index r = 0; r < errors_.size(); ++r) {
+      // The last least squares may have given outliers no weight.
+      if (base_[r] > 0 && errors_[r] > summary.max) {
+        summary.max = errors_[r];
+        summary.worstPoint = r;
+        summary.worstPlace.assign(points_.parameters.row(r).begin(), points_.parameters.row(r).end());
+      }
       squares += base_[r] * errors_[r] * errors_[r];
       if (base_[r] > 0 && errors_[r] > kOutlier * result.scale) ++result.outliers;
     }

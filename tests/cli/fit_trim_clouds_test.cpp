@@ -89,6 +89,19 @@ TEST_F(FitTrimClouds, KeepsTheKnotsAndTheBorderOfAStart) {
     const auto object = trimmed({in, "--kind", "surface", "--start", path("start.g2"), "--hold", rows});
     EXPECT_EQ(object["points"], nlohmann::json({9, 11}));
     EXPECT_EQ(object["trimming"]["loops"].size(), 2U);
+    ASSERT_EQ(strak({"convert", path("out.step"), "-o", path("out.g2")}).code, 0);
+    const Surface start = test::readSurface(file("start.g2")), fit = test::readSurface(file("out.g2"));
+    const Index held = rows == std::string("g0") ? 1 : 2;
+    double border = 0, inside = 0;
+    for (Index i = 0; i < 9; ++i) {
+      for (Index j = 0; j < 11; ++j) {
+        const bool isHeld = std::min({i, j, 8 - i, 10 - j}) < held;
+        const double moved = (fit.net().row(11 * i + j) - start.net().row(11 * i + j)).norm();
+        (isHeld ? border : inside) = std::max(isHeld ? border : inside, moved);
+      }
+    }
+    EXPECT_LT(border, 1e-9) << rows;
+    EXPECT_GT(inside, 1e-6) << rows;
   }
   // A start that covers a part of the points.
   const std::string part = write("part.xyz", random(

@@ -239,6 +239,7 @@ TEST(Drawing, MeasuredPointsHaveTheColoursOfTheirValues) {
   const std::size_t from = whole.find("class=\"points\"");
   ASSERT_NE(from, std::string::npos);
   const std::string squares = whole.substr(from, whole.find("</g>", from) - from);
+  EXPECT_GE(std::count(squares.begin(), squares.end(), 'M'), 1);
   EXPECT_LT(std::count(squares.begin(), squares.end(), 'M'), 3 * kAcross);
   EXPECT_THROW(renderHtml(objects, "t", options), InvalidInput);
   options.values.conservativeResize(2);
