@@ -196,6 +196,13 @@ TEST_F(PointImport, PassesOverListsAndElementsOfPlyFiles) {
             ": the PLY file ends within its points: it may be damaged");
   EXPECT_EQ(problem("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty list uchar blob b\nend_header\n0\n"),
             ": the PLY file has a property of type 'blob', which is not understood");
+  const std::string rest = "property list uchar int b\nproperty float x\nend_header\n1 2 3\n";
+  EXPECT_EQ(problem("a.ply", "ply\nformat ascii 1.0\nelement vertex 3e5\n" + rest),
+            ": the PLY file's header says '3e5' where a number of vertex is expected");
+  EXPECT_EQ(problem("a.ply", "ply\nformat ascii 1.0\nelement vertex -1\n" + rest),
+            ": the PLY file's header says '-1' where a number of vertex is expected");
+  EXPECT_EQ(problem("a.ply", "ply\nformat binary 1.0\nelement vertex 1\n" + rest),
+            ": a PLY file of format 'binary' is not understood");
 }
 
 TEST_F(PointImport, PutsAirfoilsInOneOrder) {

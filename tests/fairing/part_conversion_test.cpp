@@ -215,6 +215,41 @@ TEST(PartConversion, WhatTakesTooManyPointsIsLeftLooseAndSaid) {
   }
 }
 
+// A strip over [from, from + 1] x [0, 1] with waves along u or v; control points at the Greville places.
+Surface strip(double from, Index spansU, Index spansV) {
+  const std::array<KnotVector, 2> knots{KnotVector::uniformClamped(5, spansU), KnotVector::uniformClamped(5, spansV)};
+  const std::vector<double> across = knots[0].greville(), along = knots[1].greville();
+  Net net(knots[0].size() * knots[1].size(), 3);
+  for (Index i = 0; i < knots[0].size(); ++i) {
+    for (Index j = 0; j < knots[1].size(); ++j) {
+      const double x = across[static_cast<std::size_t>(i)], y = along[static_cast<std::size_t>(j)];
+      const double wave = spansU > spansV ? (1 - x) * (1 - x) * std::sin(40 * x) : x * x * std::sin(40 * y);
+      net.row(i * knots[1].size() + j) << from + x, y, 0.1 * wave;
+    }
+  }
+  return {knots, net};
+}
+
+TEST(PartConversion, ANeighboursWishThatTakesTooManyPointsRefusesNothing) {
+  // The first face has many spans across the common side, the second one along it: both would be too many.
+  std::vector<PartFace> faces;
+  faces.push_back({"a", strip(0, 40, 1)});
+  faces.push_back({"b", strip(1, 1, 40)});
+  const std::vector<PartEdge> edges{wholeSides(faces, 0, 1, 1, 0)};
+  PartConversionOptions options = within(kTolerance, kTolerance / 10);
+  options.each.mostPoints = 1500;
+  const ConvertedPart made = convertPart(faces, edges, options);
+  EXPECT_FALSE(made.loose.empty());
+  for (const auto& face : made.faces) {
+    EXPECT_TRUE(face.reached);
+    EXPECT_LE(face.spline.net().rows(), 1500);
+    EXPECT_LE(face.deviation.upper, kTolerance);
+  }
+  // With room for them the side stays one.
+  options.each.mostPoints = 20000;
+  EXPECT_EQ(convertPart(faces, edges, options).common, 1);
+}
+
 TEST(PartConversion, BadInput) {
   const std::vector<PartFace> faces{{"a", part(0, 1, 0, 1)}};
   EXPECT_THROW(convertPart(faces, {}, within(kTolerance, 0)), InvalidInput);

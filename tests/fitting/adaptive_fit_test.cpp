@@ -29,6 +29,21 @@ TEST(AdaptiveFit, RefinesUntilAllPointsAreInside) {
   EXPECT_LT(result.fit.spline.net().rows(), 32 * 32);
 }
 
+TEST(AdaptiveFit, DoesNotRefineAfterPointsOfWeightZero) {
+  Net points = test::frankePoints(5000, 0);
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(5000);
+  for (Index r = 0; r < 5000; r += 50) {
+    points(r, 2) += 10;
+    weights[r] = 0;
+  }
+  AdaptiveFitOptions<2> options;
+  options.fit.tolerance = 5e-3;
+  const auto result =
+      fitWithin<2>(bicubic(8), 1, passOf<2>({points.leftCols(2), points.rightCols(1), weights}), options);
+  EXPECT_TRUE(result.reached);
+  EXPECT_LE(result.fit.summary.max, 5e-3);
+}
+
 TEST(AdaptiveFit, PutsKnotsWhereTheyAreNeeded) {
   // A step between two flat halves.
   Net parameters(4000, 1), values(4000, 1);
