@@ -278,7 +278,7 @@ void warnOfGuesses(FitTask<2>& task) {
   constexpr int kLines = 101;
   constexpr double kFar = 1;  // parts of the range of the points' heights
   const Net& values = task.input.values;
-  if (values.size() == 0) return;  // of a stream
+  if (values.size() == 0 || !task.arguments.trim.gap.empty()) return;  // of a stream; cut away
   Surface::Grid grid;
   for (std::size_t k = 0; k < 2; ++k) {
     const KnotVector& knots = task.fit.spline.knots()[k];
