@@ -73,7 +73,7 @@ def timed(name, fit):
 def table(title, rows):
     print(title)
     for name, seconds, rms in rows:
-        print(f"  {name:34} {seconds:8.3f} s {seconds / rows[0][1]:7.1f} x   rms {rms:.3g}")
+        print(f"  {name:34} {seconds:8.3f} s {seconds / rows[0][1]:7.2f} x   rms {rms:.3g}")
 
 
 def scattered(folder, count):
