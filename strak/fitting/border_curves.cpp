@@ -212,7 +212,7 @@ Net rowsOf(const Loop& loop, Index first, Index count, bool edges) {
     if (!edges || (i + 1 == first + count && count < loop.count())) continue;
     const double least = std::min({loop.edge(i - 1), loop.edge(i), loop.edge(i + 1)});
     const double steps = std::min(std::ceil(2 * loop.edge(i) / least), kMostPlaces);
-    for (double k = 1; k < steps; ++k) rows.push_back(loop.at(i) + k / steps * (loop.at(i + 1) - loop.at(i)));
+    for (int k = 1; k < steps; ++k) rows.push_back(loop.at(i) + k / steps * (loop.at(i + 1) - loop.at(i)));
   }
   Net net(static_cast<Index>(rows.size()), 2);
   for (std::size_t i = 0; i < rows.size(); ++i) net.row(static_cast<Index>(i)) = rows[i].transpose();
@@ -371,6 +371,7 @@ std::vector<FairPart> fairBorders(const Eigen::Ref<const Net>& points, const Bor
     for (const BorderLoop& hole : part.holes) take(hole);
   }
   std::vector<std::vector<char>> pinned;
+  pinned.reserve(loops.size());
   for (const Loop& loop : loops) {
     pinned.emplace_back(static_cast<std::size_t>(loop.count()), 0);
   }

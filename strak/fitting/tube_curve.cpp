@@ -120,10 +120,10 @@ class Smoother {
   };
 
   // Coordinates that leave the domain stay on its border, and the others follow.
-  void solve(const SparseMatrix& matrix, Eigen::VectorXd right, std::vector<char> held,
+  void solve(const SparseMatrix& matrix, const Eigen::VectorXd& right, std::vector<char> held,
              const Eigen::AlignedBox2d& domain, Index k, Net& net) const {
     for (int round = 0;; ++round) {
-      SparseMatrix own = matrix;
+      SparseMatrix own = matrix;  // NOLINT(performance-unnecessary-copy-initialization): changed by valueRef
       Eigen::VectorXd rest = right;
       for (Index column = 0; column < unknowns_; ++column) {
         const bool given = held[static_cast<std::size_t>(column)] != 0;
