@@ -14,6 +14,8 @@ namespace strak {
 
 namespace {
 
+constexpr double kLongestList = 1e15;  // no file is so long
+
 struct Property {
   std::string name;
   CloudField count, value;  // count.bytes is 0 for a plain number
@@ -155,7 +157,8 @@ PlyVertices irregularPlyVertices(std::string_view bytes) {
         }
         const double count = numbers.next(property.count);
         if (!(count >= 0)) throw InvalidInput("the PLY file has a list of a negative length: it may be damaged");
-        for (double k = 0; k < count; ++k) numbers.next(property.value);
+        const auto length = static_cast<Index>(std::min(count, kLongestList));
+        for (Index k = 0; k < length; ++k) numbers.next(property.value);
       }
     }
     if (!wanted) continue;
