@@ -96,7 +96,7 @@ Audit writeAudited(const std::filesystem::path& output, const Surface& surface, 
   beside.replace_filename(fmt::format(".{}.unread{}", output.stem().string(), output.extension().string()));
   try {
     writeTrimmed(beside, surface, parts, name);
-    const Audit audit = readModel(beside)->audit();
+    Audit audit = readModel(beside)->audit();
     std::filesystem::rename(beside, output);
     return audit;
   } catch (const InvalidInput&) {
