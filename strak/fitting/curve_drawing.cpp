@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "strak/fitting/loss.h"
+#include "strak/fitting/drawing_weights.h"
 #include "strak/metrology/arc_length.h"
 #include "strak/metrology/closest_points.h"
 #include "strak/spline/evaluator.h"
@@ -64,29 +63,6 @@ Corrected corrected(const Curve& curve, const Net& values, const Net& starts) {
   return {std::move(parameters), std::move(closest.distances)};
 }
 
-// Huber's weights. The curve ends where points that are no outliers do; the others are moved to its ends.
-Eigen::VectorXd robustWeights(const Eigen::VectorXd& given, Corrected& at) {
-  Eigen::VectorXd weights = given.size() != 0 ? given : Eigen::VectorXd::Ones(at.distances.size());
-  std::vector<double> counting;
-  for (Index r = 0; r < weights.size(); ++r) {
-    if (weights[r] > 0) counting.push_back(at.distances[r]);
-  }
-  if (counting.empty()) return weights;
-  const double scale =
-      robustScale(Eigen::Map<const Eigen::VectorXd>(counting.data(), static_cast<Index>(counting.size())));
-  if (!(scale > 0)) return weights;
-  double from = std::numeric_limits<double>::infinity(), to = -from;
-  for (Index r = 0; r < weights.size(); ++r) {
-    if (!(weights[r] > 0)) continue;
-    weights[r] *= lossWeight(Loss::huber, at.distances[r], scale);
-    if (at.distances[r] > kOutlier * scale) continue;
-    from = std::min(from, at.parameters(r, 0));
-    to = std::max(to, at.parameters(r, 0));
-  }
-  at.parameters = at.parameters.cwiseMax(from).cwiseMin(to);
-  return weights;
-}
-
 }  // namespace
 
 DrawnCurve drawCurve(const FitPoints<1>& points, const CurveDrawingOptions& options) {
@@ -102,7 +78,7 @@ DrawnCurve drawCurve(const FitPoints<1>& points, const CurveDrawingOptions& opti
   };
   const auto next = [&](const Fit<1>& fit, const Net& parameters) {
     Corrected at = corrected(fit.spline, points.values, parameters);
-    if (options.robust) weights = robustWeights(points.weights, at);
+    if (options.robust) weights = drawingWeights(points.weights, at.distances, at.parameters);
     return std::move(at.parameters);
   };
   const Fit<1> plain = fitOf(points.parameters, Smoothing::automatic());

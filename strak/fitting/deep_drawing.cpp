@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "strak/base/error.h"
-#include "strak/fitting/loss.h"
+#include "strak/fitting/drawing_weights.h"
 #include "strak/fitting/parametrization.h"
 #include "strak/metrology/closest_points.h"
 #include "strak/spline/evaluator.h"
@@ -106,29 +105,6 @@ Corrected corrected(const Surface& surface, const Net& values, const Net& starts
   return {std::move(parameters), std::move(closest.distances)};
 }
 
-// Huber's weights. The domain is that of the points that are no outliers; the others are moved to its edge.
-Eigen::VectorXd robustWeights(const Eigen::VectorXd& given, Corrected& at) {
-  Eigen::VectorXd weights = given.size() != 0 ? given : Eigen::VectorXd::Ones(at.distances.size());
-  std::vector<double> counting;
-  for (Index r = 0; r < weights.size(); ++r) {
-    if (weights[r] > 0) counting.push_back(at.distances[r]);
-  }
-  if (counting.empty()) return weights;
-  const double scale =
-      robustScale(Eigen::Map<const Eigen::VectorXd>(counting.data(), static_cast<Index>(counting.size())));
-  if (!(scale > 0)) return weights;
-  Eigen::RowVector2d from = Eigen::RowVector2d::Constant(std::numeric_limits<double>::infinity()), to = -from;
-  for (Index r = 0; r < weights.size(); ++r) {
-    if (!(weights[r] > 0)) continue;
-    weights[r] *= lossWeight(Loss::huber, at.distances[r], scale);
-    if (at.distances[r] > kOutlier * scale) continue;
-    from = from.cwiseMin(at.parameters.row(r));
-    to = to.cwiseMax(at.parameters.row(r));
-  }
-  for (Index r = 0; r < weights.size(); ++r) at.parameters.row(r) = at.parameters.row(r).cwiseMax(from).cwiseMin(to);
-  return weights;
-}
-
 // A few folds have a place; many are the sheet's.
 bool mayBeHeld(const SheetCheck& check) {
   return check.folded > 0 && static_cast<double>(check.folded) <= kFewFolds * static_cast<double>(check.cells);
@@ -195,7 +171,7 @@ DrawnSheet drawSheet(const FitPoints<2>& points, const DeepDrawingOptions& optio
       break;
     }
     Corrected next = corrected(current.spline, points.values, parameters);
-    if (options.robust) weights = robustWeights(points.weights, next);
+    if (options.robust) weights = drawingWeights(points.weights, next.distances, next.parameters);
     const Net& moved = next.parameters;
     const auto heldBefore = fitting.held;
     Fit<2> tried = fitOf(moved, weight * factor);
